@@ -370,6 +370,8 @@ TEST_CASE("groups that readers refuse are refused before a byte is written") {
   plan.capture.path = "capture.json";
   std::string what;
   plan.capture.meshes = scene::Pattern::parse("%d.ply", &what);
+  plan.meshes.resize(1);
+  plan.meshes[0].id = mux::mesh_track;
   const auto refusal_of = [&](int64_t frames, uint32_t group) {
     plan.capture.frames.count = frames;
     plan.group_size = group;

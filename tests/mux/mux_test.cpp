@@ -331,7 +331,7 @@ TEST_CASE("verification finds another mesh, another picture, another camera") {
   keys.output = folder.path("keys.fvv");
   const mux::Summary alone = mux_file(keys); // of the mesh that is there now
   scene::write_mesh(ball(5), {}, capture.mesh_path(3));
-  CHECK_THROWS_WITH(mux::verify(alone.plan, std::vector<mux::MeshOrigins>(5), InputFile(keys.output)),
+  CHECK_THROWS_WITH(mux::verify(alone.plan, {std::vector<mux::MeshOrigins>(5)}, InputFile(keys.output)),
                     keys.output + ": frame 3: the decoded mesh has other faces than " + capture.mesh_path(3));
   scene::write_mesh(ball(3), {}, capture.mesh_path(3));
   for (const scene::Camera &camera : capture.cameras)

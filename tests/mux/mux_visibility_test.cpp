@@ -239,6 +239,16 @@ TEST_CASE("colours of vertices are those of the pictures, the same for any numbe
   CHECK(mux_file(options).colours.track.chunks == 5);
 }
 
+TEST_CASE("colours have the time of their mesh after a frame that is left out") {
+  const Folder folder;
+  FileOptions options = balls_on_disk(folder);
+  write_bytes(scene::load_capture(scene::description_file(options.capture)).mesh_path(1), "ply", 3);
+  options.skip_bad_frames = options.verify = true;
+  const mux::Summary summary = mux_file(options);
+  CHECK(summary.plan.bad.size() == 1);
+  CHECK(summary.colours.track.chunks == 3);
+}
+
 TEST_CASE("whether colours of vertices are sent") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);

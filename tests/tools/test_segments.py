@@ -227,11 +227,12 @@ def test_fvvinfo_lists_rungs(fvvinfo, tmp_path):
     mesh = len(joined(raw_parts(TETRAHEDRON)))
     assert [rung["tracks"] for rung in document["rungs"]] == [[1, 9], [2, 9], [3, 9]]
     assert [rung["bytes"] for rung in document["rungs"]] == [6 * mesh + 5] * 3
+    assert [rung["triangles"] for rung in document["rungs"]] == [4] * 3
     assert document["rungs"][0]["measured_rate"] == pytest.approx(8 * (6 * mesh + 5) / (6 / 25))
     assert document["tracks"][2]["alternate"] == {"group": 7, "rank": 3, "bit_rate": 997, "size": 4}
     assert "alternate" not in document["tracks"][3]
     lines = fvvinfo(put(tmp_path, ladder().finish())).stdout.decode().splitlines()
-    assert sum("rung " in line for line in lines) == 3
+    assert sum("rung " in line and "meshes of 4 triangles" in line for line in lines) == 3
     assert "rungs" not in read_json(fvvinfo("--json", put(tmp_path, make().finish())), "fvvinfo")["files"][0]
 
 

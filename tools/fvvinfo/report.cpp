@@ -405,6 +405,16 @@ double rate_of(const Report &report, uint64_t payload) {
   return length > 0 ? 8 * double(payload) / length : 0;
 }
 
+// Nominal, of a frame's meshes; 0: not stated.
+uint64_t triangles_of(const Report &report, const RungInfo &rung) {
+  uint64_t sum = 0;
+  for (const uint16_t id : rung.tracks) {
+    const fvv_track *track = fvv_configuration_track(report.configuration(), id);
+    if (track && track->kind == FVV_TRACK_MESH) sum += track->size;
+  }
+  return sum;
+}
+
 std::string ladder(const Report &report) {
   const std::vector<RungInfo> rungs = rungs_of(*report.configuration());
   std::string out;
@@ -418,6 +428,8 @@ std::string ladder(const Report &report) {
     if (rung.bit_rate) text += fvv::format(" (nominal %.1f)", double(rung.bit_rate) / 1000);
     if (rung.size) text += fvv::format(", pictures of %llu pixels", (unsigned long long)rung.size);
     if (rung.scale > 0) text += fvv::format(" at scale %.3g", rung.scale);
+    if (const uint64_t triangles = triangles_of(report, rung))
+      text += fvv::format(", meshes of %llu triangles", (unsigned long long)triangles);
     out += row(rung.rung ? "" : "Ladder", text + ", tracks " + tracks);
   }
   return out;
@@ -688,6 +700,7 @@ Json rungs_json(const Report &report, const std::vector<RungInfo> &rungs) {
   Json out = Json::array();
   for (const RungInfo &rung : rungs) {
     Json one = json_of<Json>(rung);
+    if (const uint64_t triangles = triangles_of(report, rung)) one["triangles"] = triangles;
     const uint64_t payload = bytes_of(report, rung);
     one["bytes"] = payload;
     one["measured_rate"] = rate_of(report, payload);

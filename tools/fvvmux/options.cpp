@@ -273,6 +273,13 @@ std::optional<double> parse_inset(const std::string &text) {
   return length.value;
 }
 
+MeshLadder parse_mesh_ladder(const std::string &text) {
+  if (text == "auto") return MeshLadder::automatic;
+  if (text == "on") return MeshLadder::on;
+  if (text == "off") return MeshLadder::off;
+  refuse("--mesh-ladder", "auto, on or off", text);
+}
+
 MatchColours parse_match_colours(const std::string &text) {
   if (text == "auto") return MatchColours::automatic;
   if (text == "on") return MatchColours::on;

@@ -24,6 +24,7 @@ uint64_t parse_pixels(const std::string &text);                  // "300k", "2M"
 TileSize parse_video_size(const std::string &text);              // "1920x1088"
 uint32_t parse_video_tracks(const std::string &text);            // "4", "camera"
 std::vector<Rung> parse_ladder(const std::string &text);         // "1,0.5,0.25", "8M,2M,500k"
+MeshLadder parse_mesh_ladder(const std::string &text);           // "auto", "on", "off"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 // "auto", "on", "off", or a number of cells.
 void parse_colours(const std::string &text, Options &options);

@@ -128,7 +128,7 @@ export function makeClips(...wanted) {
   const tracked = () =>
     capture("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512", "--environment");
   const ring = () => capture("ring", "--rig", "small", "--cameras", "5", "--environment", "--size", "192x128");
-  const slow = () => capture("slow", "--rig", "small", "--cameras", "5", "--size", "192x128", "--fps", "1");
+  const slow = () => capture("slow", "--rig", "small", "--cameras", "5", "--size", "384x256", "--fps", "1");
   const studio = () => capture("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
   const texturing = [
     "--texture-threshold",
@@ -152,8 +152,21 @@ export function makeClips(...wanted) {
     // Samples large enough that leaving one out is worth a request.
     tracks: [ring, "--video-tracks", "camera", "--codec", "jpeg", "--group", "2", "--crop", "none"],
     neighbours: [ring, "--video-tracks", "3", "--group", "2"],
-    // A frame a second: any link is fast enough.
-    ladder: [slow, "--ladder", "1,0.5,0.25", "--group", "1", "--crop", "none", "--no-background"],
+    // A frame a second: any link is fast enough. Every rung has meshes of its own, large enough to measure the link by.
+    ladder: [
+      slow,
+      "--ladder",
+      "1,0.5,0.25",
+      "--mesh-ladder",
+      "on",
+      "--max-error",
+      "0.03",
+      "--group",
+      "1",
+      "--crop",
+      "none",
+      "--no-background",
+    ],
   };
   const clips = {};
   for (const [name, [source, ...options]] of Object.entries(kinds)) {

@@ -122,6 +122,13 @@ ErrorBudget choose_budget(const Options &options, const scene::Capture &capture,
   return error;
 }
 
+void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool tracked) {
+  const double pixel = error.nearest.metres_per_pixel;
+  const double allowed = error.is_length ? error.value : error.value * pixel;
+  choice.delta_error = tracked ? steps_within(allowed, choice.lattice.step) : 0;
+  choice.pixels = std::isfinite(pixel) ? choice.error() / pixel : 0;
+}
+
 LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const ErrorBudget &error,
                              bool tracked, double delta_frames) {
   // A lattice of a fifth of the step costs a key 7 bits a vertex, one of a third 5; each saves a delta frame
@@ -147,10 +154,8 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
   const int64_t first = capture.mesh_frames().front();
   const geometry::Mesh mesh = frame_mesh(capture, first);
   const decimate::Sight &nearest = error.nearest;
-  const bool seen = std::isfinite(nearest.metres_per_pixel);
-  const double allowed = error.is_length ? error.value : error.value * nearest.metres_per_pixel;
   if (!chosen) {
-    const double wanted = 2 * allowed;
+    const double wanted = 2 * (error.is_length ? error.value : error.value * nearest.metres_per_pixel);
     if (!std::isfinite(wanted) || !(wanted > 1e-20) || wanted > 1e20)
       throw Error(capture.mesh_path(first) +
                   ": expected a mesh with some extent to choose the lattice by; give "
@@ -166,8 +171,7 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
                   unit_of(capture) + " from the first mesh";
   }
   if (!capture.lattice) place_origin(mesh, choice.lattice);
-  if (tracked) choice.delta_error = steps_within(allowed, choice.lattice.step);
-  if (seen) choice.pixels = choice.error() / nearest.metres_per_pixel;
+  allow_error(choice, error, tracked);
   return choice;
 }
 

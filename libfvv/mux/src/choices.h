@@ -24,6 +24,9 @@ ErrorBudget choose_budget(const Options &options, const scene::Capture &capture,
 LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const ErrorBudget &error,
                              bool tracked, double delta_frames);
 
+// The error that delta frames may have on a lattice, within a budget. tracked: likewise.
+void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool tracked);
+
 // Warns when the lattice was given and errs by more than a budget that was given too. Returns whether it did.
 bool warn_of_lattice(const Plan &plan);
 

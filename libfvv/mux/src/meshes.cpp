@@ -81,9 +81,9 @@ double share_of_runs(const scene::Capture &capture) {
   return looked_at > 0 ? double(same) / double(looked_at) : 0;
 }
 
-Geometry::Geometry(const Plan &plan, const Tiling &tiles)
-    : capture(plan.capture), tiling(tiles), choice(plan.decimation), spans(plan.groups),
-      tracked(plan.tracked), normals(plan.normals.bits != 0) {}
+Geometry::Geometry(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiles)
+    : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups), tracked(plan.tracked),
+      normals(plan.normals.bits != 0) {}
 
 void Geometry::forget(size_t group) {
   const std::lock_guard<std::mutex> lock(mutex);
@@ -212,6 +212,7 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
                              &diagnostic),
              name_of(plan, i), diagnostic);
   frame.payload = payload.copy();
+  frame.faces = holder.face_count;
   return frame;
 }
 
@@ -219,8 +220,8 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
 class Run {
 public:
   // Of one frame.
-  Run(const Plan &chosen, size_t i, Source &&begin)
-      : plan(chosen), first(i), loaded(1), source(std::move(begin)) {}
+  Run(const Plan &chosen, const MeshTrack &of, size_t i, Source &&begin)
+      : plan(chosen), track(of), first(i), loaded(1), source(std::move(begin)) {}
 
   size_t size() const { return loaded.size(); }
 
@@ -277,6 +278,7 @@ public:
                                       &payload, &decoded, coded.data(), &diagnostic),
                name_of(plan, first), diagnostic);
     frames[0].payload = payload.copy();
+    frames[0].faces = decoded.face_count;
     frames[0].origins = origins_of(mesh_of, coded, decoded.vertex_count, mesh.vertex_count);
     follow(decoded, frames);
     return frames;
@@ -314,7 +316,7 @@ private:
     const std::vector<uint32_t> origins = *frames[0].origins;
     fvv_mesh_delta_options options;
     fvv_mesh_delta_options_default(&options);
-    options.max_error = plan.lattice.delta_error;
+    options.max_error = track.lattice.delta_error;
     OwnedBytes payload;
     for (size_t i = 1; i < size(); i++) {
       std::vector<int32_t> wanted(3 * origins.size());
@@ -328,6 +330,7 @@ private:
       if (off > options.max_error || payload.size >= frames[0].payload.size()) return;
       MeshFrame frame;
       frame.key = false;
+      frame.faces = frames[0].faces;
       frame.source = loaded[i].source;
       frame.decimation = loaded[i].decimation;
       frame.vanished = loaded[i].vanished;
@@ -342,6 +345,7 @@ private:
   }
 
   const Plan &plan;
+  const MeshTrack &track;
   size_t first;
   std::vector<Later> loaded; // of the first frame nothing
   Source source;
@@ -355,9 +359,9 @@ void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh) {
                 "none (--normals never sends none)");
 }
 
-Source load_source(const Plan &plan, size_t i) {
+Source load_source(const Plan &plan, const MeshTrack &track, size_t i) {
   Source source;
-  source.mesh = plan.geometry->load(i, &source.report, source.decimation);
+  source.mesh = track.geometry->load(i, &source.report, source.decimation);
   check_normals(plan, i, source.mesh);
   source.vanished = vanished_share(source.mesh, plan.lattice.lattice);
   return source;
@@ -375,7 +379,7 @@ void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &me
 
 namespace {
 
-std::vector<MeshFrame> encode_in_turn(const Plan &plan, size_t first, size_t count) {
+std::vector<MeshFrame> encode_in_turn(const Plan &plan, const MeshTrack &track, size_t first, size_t count) {
   std::vector<MeshFrame> frames;
   std::optional<Source> next; // of the frame behind those in frames, when it was looked at already
   while (frames.size() < count) {
@@ -384,10 +388,10 @@ std::vector<MeshFrame> encode_in_turn(const Plan &plan, size_t first, size_t cou
       frames.emplace_back();
       continue;
     }
-    Run run(plan, begin, next ? std::move(*next) : load_source(plan, begin));
+    Run run(plan, track, begin, next ? std::move(*next) : load_source(plan, track, begin));
     for (next.reset(); begin + run.size() < first + count && plan.has_mesh(begin + run.size());
          next.reset()) {
-      next = load_source(plan, begin + run.size());
+      next = load_source(plan, track, begin + run.size());
       if (!run.extend(*next)) break;
     }
     std::vector<MeshFrame> coded = run.encode();
@@ -399,8 +403,8 @@ std::vector<MeshFrame> encode_in_turn(const Plan &plan, size_t first, size_t cou
 
 } // namespace
 
-std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count) {
-  return about_frame(plan.capture, {}, [&] { return encode_in_turn(plan, first, count); });
+std::vector<MeshFrame> encode_meshes(const Plan &plan, const MeshTrack &track, size_t first, size_t count) {
+  return about_frame(plan.capture, {}, [&] { return encode_in_turn(plan, track, first, count); });
 }
 
 } // namespace fvv::mux

@@ -62,8 +62,8 @@ double share_of_runs(const scene::Capture &capture);
 // group alone, whatever is asked first.
 class Geometry {
 public:
-  // plan: all but its tracks and this are chosen. tiling: of the cameras.
-  Geometry(const Plan &plan, const Tiling &tiling);
+  // plan: what it says of capture and meshes is chosen. tiling: of the cameras.
+  Geometry(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiling);
 
   // Loads frame i (counted from 0). report may be NULL; decimation is filled when the choice is to decimate.
   // Several threads may call it. Throws Error.
@@ -109,6 +109,7 @@ private:
 struct MeshFrame {
   std::vector<uint8_t> payload; // empty: the frame has no mesh
   bool key = true;
+  uint32_t faces = 0; // that decoders have
   scene::MeshReport source;
   std::optional<decimate::Report> decimation; // when the plan is to decimate
   double vanished = 0;                        // share of the area that has none on the lattice
@@ -118,7 +119,7 @@ struct MeshFrame {
   std::shared_ptr<const std::vector<uint32_t>> origins;
 };
 
-// The mesh of frame i (counted from 0), decimated when that is the plan: what the stream is to have. Failures
+// The mesh of frame i (counted from 0), decimated when that is the plan: what a track is to have. Failures
 // name file, frame and element, as those of all that follow.
 struct Source {
   geometry::Mesh mesh;
@@ -126,17 +127,17 @@ struct Source {
   std::optional<decimate::Report> decimation;
   double vanished = 0;
 };
-Source load_source(const Plan &plan, size_t i);
+Source load_source(const Plan &plan, const MeshTrack &track, size_t i);
 // Throws Error if the mesh of frame i lacks normals that are to be sent.
 void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh);
 
 // Brings it onto the lattice.
 void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &mesh, fvv_mesh_report &report);
 
-// Frames first ... first + count - 1 of one group. Neighbours with the same connectivity become a run
-// of a key frame and delta frames behind it; a run ends early, and another begins, where a delta frame takes
-// no fewer bytes than its key frame, or a vertex would lie further off than the plan allows, and before a
-// frame without a mesh.
-std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count);
+// Frames first ... first + count - 1 of one group, for one track. Neighbours with the same connectivity
+// become a run of a key frame and delta frames behind it; a run ends early, and another begins, where a delta
+// frame takes no fewer bytes than its key frame, or a vertex would lie further off than the plan allows, and
+// before a frame without a mesh.
+std::vector<MeshFrame> encode_meshes(const Plan &plan, const MeshTrack &track, size_t first, size_t count);
 
 } // namespace fvv::mux

@@ -3,6 +3,7 @@
 #include "fvv_cxx/parallel.h"
 #include "fvv_mux/encoder.h"
 #include "mux/src/choices.h"
+#include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
@@ -10,9 +11,11 @@
 #include "mux/src/visibility.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <future>
 #include <mutex>
 
@@ -25,7 +28,7 @@ namespace {
 enum class Kind { choice, mesh, video };
 struct Piece {
   Kind kind;
-  size_t track;        // of the plan's video tracks
+  size_t track;        // of the plan's video tracks or mesh tracks
   size_t first, count; // frames
 };
 
@@ -35,28 +38,33 @@ struct TrackGroup {
   double quality = 0;
   bool over_rate = false;
 };
-struct Group {
-  std::vector<MeshFrame> meshes;
+struct MeshGroup {
+  std::vector<MeshFrame> frames;
   SurfaceFrames surfaces;
+};
+struct Group {
+  std::vector<MeshGroup> meshes;  // of each mesh track
   std::vector<TrackGroup> videos; // of each video track
 };
 
 // Warns of a frame that lost pieces or thin parts. frame: its number in file names. Returns whether it did.
-bool warn_of_losses(const Plan &plan, int64_t frame, const decimate::Report &report) {
-  const std::string name = plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": ";
+bool warn_of_losses(const Plan &plan, const MeshTrack &track, int64_t frame, const decimate::Report &report) {
+  const std::string name = plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": " +
+                           (track.rung ? "rung " + std::to_string(track.rung) + ": " : "");
   if (report.vanished.pieces)
     plan.observer.warn(name + std::to_string(report.vanished.pieces) + " pieces of " +
                        area_text(plan, report.vanished.area) + " together vanish in decimation");
   if (report.thin_area > 0)
     plan.observer.warn(name + area_text(plan, report.thin_area) + " of the surface are further off than " +
-                       budget_text(plan, decimate::max_over_rms) + " after decimation");
+                       budget_text(plan, decimate::max_over_rms * track.times) + " after decimation");
   return report.vanished.pieces || report.thin_area > 0;
 }
 
 // The same for what rounding to the lattice took away.
-bool warn_of_vanished(const Plan &plan, int64_t frame, double share) {
+bool warn_of_vanished(const Plan &plan, const MeshTrack &track, int64_t frame, double share) {
   if (!(share > most_vanished)) return false;
-  plan.observer.warn(plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": faces with " +
+  plan.observer.warn(plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": " +
+                     (track.rung ? "rung " + std::to_string(track.rung) + ": " : "") + "faces with " +
                      fvv::format("%.3g %% of the area vanish on the lattice, whose step is ", 100 * share) +
                      length_text(plan, plan.lattice.lattice.step) + ", " + plan.lattice.reason +
                      " (--max-error or --step asks for a finer one)");
@@ -89,16 +97,15 @@ class Job {
 public:
   Job(Summary &sums, const Sink &out)
       : plan(sums.plan), sink(out), summary(sums), surfaces(plan), room(plan.options.threads),
-        promises(plan.tracks.size()) {
+        promises(plan.tracks.size()), unwanted(plan.meshes.size()) {
+    if (plan.has_meshes()) summary.lower_meshes.resize(plan.meshes.size() - 1);
+    summary.origins.resize(plan.meshes.size());
     summary.videos.resize(plan.tracks.size());
     summary.rates.resize(plan.tracks.size());
     for (std::promise<void> &promise : promises) chosen.push_back(promise.get_future());
     // The choice of each video is made on the way, beside the first meshes.
     for (size_t track = 0; track < plan.tracks.size(); track++)
       if (!plan.tracks[track].rung) add(Kind::choice, 0, track, 0, 0);
-    for (size_t rung = plan.rung_count(); rung-- > 0;)
-      for (size_t track = 0; track < plan.tracks.size(); track++)
-        if (plan.tracks[track].rung == rung) low_first.push_back(track);
   }
 
   // Encodes and writes all groups of the plan.
@@ -106,12 +113,15 @@ public:
     // The first video has to wait for the choice: meshes of two groups fill the other threads' time.
     list_meshes(0);
     list_meshes(1);
+    list_lower_meshes(0);
     list_rungs();
     list_video(0);
     list_video(1);
+    list_lower_meshes(1);
     for (size_t group = 2; group < plan.group_count(); group++) {
       list_video(group);
       list_meshes(group);
+      list_lower_meshes(group);
     }
     run_listed(0);
   }
@@ -119,6 +129,7 @@ public:
   // Encodes and writes one group, the next one.
   void run_group(size_t group) {
     list_meshes(group);
+    list_lower_meshes(group);
     if (!writer) list_rungs();
     list_video(group);
     for (size_t &listed : group_of) listed = 0;
@@ -173,11 +184,16 @@ private:
       for (size_t i = 0; i < count; i += together) add(Kind::video, group, track, first + i, together);
   }
 
-  void list_meshes(size_t group) {
+  void list_lower_meshes(size_t group) {
+    for (size_t track = 1; track < plan.meshes.size(); track++)
+      if (!unwanted[track]) list_meshes(group, track);
+  }
+
+  void list_meshes(size_t group, size_t track = 0) {
     if (!plan.has_meshes() || group >= plan.group_count()) return;
     const size_t first = plan.first_of(group), count = plan.frames_of(group);
     const size_t together = plan.tracked ? count : 1; // delta frames know those before them
-    for (size_t i = 0; i < count; i += together) add(Kind::mesh, group, 0, first + i, together);
+    for (size_t i = 0; i < count; i += together) add(Kind::mesh, group, track, first + i, together);
   }
 
   // Rooms for results are made before a thread looks for its own.
@@ -185,10 +201,11 @@ private:
     const std::lock_guard<std::mutex> lock(mutex);
     const size_t index = plan.group_of(frame);
     Group &group = groups[index];
-    if (plan.has_meshes()) {
-      group.meshes.resize(plan.frames_of(index));
-      group.surfaces.visibility.resize(plan.frames_of(index));
-      group.surfaces.colours.resize(plan.frames_of(index));
+    group.meshes.resize(plan.meshes.size());
+    for (MeshGroup &meshes : group.meshes) {
+      meshes.frames.resize(plan.frames_of(index));
+      meshes.surfaces.visibility.resize(plan.frames_of(index));
+      meshes.surfaces.colours.resize(plan.frames_of(index));
     }
     group.videos.resize(plan.tracks.size());
     for (TrackGroup &video : group.videos) video.samples.resize(plan.frames_of(index));
@@ -208,11 +225,13 @@ private:
   }
 
   void encode_mesh_piece(const Piece &piece) {
-    std::vector<MeshFrame> frames = encode_meshes(plan, piece.first, piece.count);
-    SurfaceFrames seen = surfaces.encode(piece.first, frames);
-    Group &group = group_for(piece.first);
+    if (unwanted[piece.track]) return;
+    const MeshTrack &track = plan.meshes[piece.track];
+    std::vector<MeshFrame> frames = encode_meshes(plan, track, piece.first, piece.count);
+    SurfaceFrames seen = surfaces.encode(track, piece.first, frames);
+    MeshGroup &group = group_for(piece.first).meshes[piece.track];
     const auto at = std::ptrdiff_t(piece.first - plan.first_of(plan.group_of(piece.first)));
-    std::move(frames.begin(), frames.end(), group.meshes.begin() + at);
+    std::move(frames.begin(), frames.end(), group.frames.begin() + at);
     std::move(seen.visibility.begin(), seen.visibility.end(), group.surfaces.visibility.begin() + at);
     std::move(seen.colours.begin(), seen.colours.end(), group.surfaces.colours.begin() + at);
   }
@@ -247,39 +266,99 @@ private:
   // The configuration tells of all tracks: with the first group it is known which there are.
   void begin(const Group &first) {
     uint64_t bytes = 0, pictures = 0;
-    for (const VisibilityFrame &frame : first.surfaces.visibility) bytes += frame.payload.size();
+    if (plan.has_meshes())
+      for (const VisibilityFrame &frame : first.meshes[0].surfaces.visibility) bytes += frame.payload.size();
     for (size_t track = 0; track < plan.tracks.size(); track++)
       for (const media::Sample &sample : first.videos[track].samples)
         if (!plan.tracks[track].is_atlas() && !plan.tracks[track].rung) pictures += sample.bytes.size();
     settle_visibility(plan.visibility, bytes, pictures);
     if (!plan.visibility.on) surfaces.stop_visibility();
-    writer.emplace(plan, sink, nominal_rates(first));
+    std::vector<uint64_t> meshes, rungs(plan.rung_count());
+    for (const MeshGroup &group : first.meshes) meshes.push_back(bytes_of(group));
+    for (size_t track = 0; track < plan.tracks.size(); track++)
+      for (size_t rung = 0; rung < rungs.size(); rung++)
+        for (const media::Sample &sample : first.videos[track].samples)
+          if (plan.tracks[track].is_in(rung)) rungs[rung] += sample.bytes.size();
+    settle_mesh_rungs(plan, meshes, rungs);
+    for (size_t track = 0; track < plan.meshes.size(); track++) unwanted[track] = !plan.meshes[track].sent;
+    writer.emplace(plan, sink, nominal_of(first));
+  }
+
+  // Of a track with its visibility and colours, as far as these are sent.
+  uint64_t bytes_of(const MeshGroup &group) const {
+    uint64_t bytes = 0;
+    for (const MeshFrame &mesh : group.frames) bytes += mesh.payload.size();
+    for (const VisibilityFrame &frame : group.surfaces.visibility)
+      bytes += plan.visibility.on ? frame.payload.size() : 0;
+    for (const ColourFrame &frame : group.surfaces.colours) bytes += frame.payload.size();
+    return bytes;
   }
 
   // Of a ladder, so that a reader can tell what a rung takes: what pictures were to take, or took when their
   // quality was chosen, and what all else takes in the first group.
-  NominalRates nominal_rates(const Group &first) const {
-    NominalRates rates;
-    if (plan.options.ladder.empty()) return rates;
+  Nominal nominal_of(const Group &first) const {
+    Nominal nominal;
+    if (plan.options.ladder.empty()) return nominal;
     const fvv_rational &duration = plan.capture.frame_duration;
     const double per_second = double(duration.denominator) / duration.numerator / double(plan.groups[0].end);
     const auto add = [&](uint16_t track, uint64_t bytes) {
-      if (bytes) rates[track] += 8 * double(bytes) * per_second;
+      if (bytes) nominal.rates[track] += 8 * double(bytes) * per_second;
     };
-    for (const MeshFrame &mesh : first.meshes) add(mesh_track, mesh.payload.size());
-    for (const VisibilityFrame &frame : first.surfaces.visibility)
-      if (plan.visibility.on) add(visibility_track, frame.payload.size());
-    for (const ColourFrame &frame : first.surfaces.colours)
-      if (plan.colours.on) add(colour_track, frame.payload.size());
+    for (size_t k = 0; k < plan.meshes.size(); k++) {
+      const MeshTrack &track = plan.meshes[k];
+      double meshes = 0, faces = 0;
+      for (const MeshFrame &mesh : first.meshes[k].frames) {
+        add(track.id, mesh.payload.size());
+        meshes += !mesh.payload.empty();
+        faces += mesh.faces;
+      }
+      if (meshes) nominal.sizes[track.id] = faces / meshes;
+      for (const VisibilityFrame &frame : first.meshes[k].surfaces.visibility)
+        if (plan.visibility.on) add(track.visibility, frame.payload.size());
+      for (const ColourFrame &frame : first.meshes[k].surfaces.colours)
+        if (plan.colours.on) add(track.colours, frame.payload.size());
+    }
     for (size_t k = 0; k < plan.tracks.size(); k++) {
       const VideoTrack &track = plan.tracks[k];
       const VideoChoice &choice = track.choice;
       if (track.encoded)
         for (const media::Sample &sample : first.videos[k].samples) add(track.id, sample.bytes.size());
       else
-        rates[track.id] = choice.settings.bit_rate ? double(choice.settings.bit_rate) : choice.sample_rate;
+        nominal.rates[track.id] =
+            choice.settings.bit_rate ? double(choice.settings.bit_rate) : choice.sample_rate;
     }
-    return rates;
+    return nominal;
+  }
+
+  // Of one frame.
+  void write_mesh(size_t track, size_t frame, MeshFrame &mesh) {
+    const MeshTrack &of = plan.meshes[track];
+    MeshSums &sums = summary.meshes(track);
+    writer->mesh(of, frame, mesh.payload, mesh.key);
+    sums.mesh.add(mesh.payload.size());
+    if (!mesh.key) sums.delta.add(mesh.payload.size());
+    sums.faces += mesh.faces;
+    sums.changes.add(mesh.source, mesh.report);
+    if (plan.options.verify)
+      summary.origins[track].push_back({std::move(mesh.origins), mesh.report.flipped_faces});
+    const int64_t number = plan.capture.frames.number(int64_t(frame));
+    if (warn_of_vanished(plan, of, number, mesh.vanished)) plan.warned = true;
+    if (!mesh.decimation) return;
+    sums.decimation.add(*mesh.decimation);
+    if (warn_of_losses(plan, of, number, *mesh.decimation)) plan.warned = true;
+  }
+
+  void write_surfaces(size_t track, size_t frame, const VisibilityFrame &seen, const ColourFrame &colours) {
+    const MeshTrack &of = plan.meshes[track];
+    MeshSums &sums = summary.meshes(track);
+    if (plan.visibility.on) {
+      if (!seen.payload.empty()) writer->visibility(of, frame, seen.payload, seen.key);
+      sums.visibility.add(seen);
+    }
+    if (plan.colours.on) {
+      if (!colours.payload.empty()) writer->colours(of, frame, colours.payload);
+      sums.colours.add(colours);
+    }
   }
 
   void write(size_t index) {
@@ -295,41 +374,31 @@ private:
     writer->begin_group(index);
     for (size_t i = 0; i < count; i++) {
       write_sound_before(plan.tick_of(first + i)); // that of a frame after its pictures
-      if (plan.has_meshes() && plan.options.verify && !plan.has_mesh(first + i))
-        summary.origins.emplace_back();
-      if (plan.has_mesh(first + i)) {
-        MeshFrame &mesh = group.meshes[i];
-        writer->mesh(first + i, mesh.payload, mesh.key);
-        summary.mesh.add(mesh.payload.size());
-        if (!mesh.key) summary.delta.add(mesh.payload.size());
-        summary.changes.add(mesh.source, mesh.report);
-        if (plan.options.verify)
-          summary.origins.push_back({std::move(mesh.origins), mesh.report.flipped_faces});
-        const int64_t number = plan.capture.frames.number(int64_t(first + i));
-        if (warn_of_vanished(plan, number, mesh.vanished)) plan.warned = true;
-        if (mesh.decimation) {
-          summary.decimation.add(*mesh.decimation);
-          if (warn_of_losses(plan, number, *mesh.decimation)) plan.warned = true;
+      bool own_layout = false;                     // of any track
+      const MeshTrack *written = nullptr;
+      for (size_t rung = plan.rung_count(); rung-- > 0;) { // a low rung ends before the better ones begin
+        const MeshTrack *mesh = plan.has_meshes() ? &plan.mesh_of(rung) : nullptr;
+        const size_t k = mesh ? size_t(mesh - plan.meshes.data()) : 0;
+        const bool next = mesh != written;
+        if (next && plan.has_mesh(first + i))
+          write_mesh(k, first + i, group.meshes[k].frames[i]);
+        else if (next && plan.options.verify)
+          summary.origins[k].emplace_back();
+        if (rung + 1 == plan.rung_count())
+          if (const uint64_t calibration = writer->calibration(first + i, i == 0))
+            summary.calibration.add(calibration);
+        if (next) {
+          const SurfaceFrames &surfaces_of = group.meshes[k].surfaces;
+          write_surfaces(k, first + i, surfaces_of.visibility[i], surfaces_of.colours[i]);
         }
-      }
-      const uint64_t calibration = writer->calibration(first + i, i == 0);
-      if (calibration) summary.calibration.add(calibration);
-      if (plan.has_meshes() && plan.visibility.on) {
-        const VisibilityFrame &frame = group.surfaces.visibility[i];
-        if (!frame.payload.empty()) writer->visibility(first + i, frame.payload, frame.key);
-        summary.visibility.add(frame);
-      }
-      if (plan.has_meshes() && plan.colours.on) {
-        const ColourFrame &frame = group.surfaces.colours[i];
-        if (!frame.payload.empty()) writer->colours(first + i, frame.payload);
-        summary.colours.add(frame);
-      }
-      bool own_layout = false; // of any track
-      for (const size_t track : low_first) {
-        if (i == 0) own_layout = writer->layout(plan.tracks[track], index) || own_layout;
-        const media::Sample &sample = group.videos[track].samples[i];
-        writer->sample(plan.tracks[track], first + i, sample);
-        summary.videos[track].add(sample.bytes.size());
+        written = mesh;
+        for (size_t track = 0; track < plan.tracks.size(); track++) {
+          if (plan.tracks[track].rung != rung) continue;
+          if (i == 0) own_layout = writer->layout(plan.tracks[track], index) || own_layout;
+          const media::Sample &sample = group.videos[track].samples[i];
+          writer->sample(plan.tracks[track], first + i, sample);
+          summary.videos[track].add(sample.bytes.size());
+        }
       }
       summary.layouts += own_layout;
       // Behind the second frame: the first is known to be whole by then (fvv.md clause 18.5).
@@ -339,7 +408,8 @@ private:
     }
     write_sound_before(plan.groups[index].end);
     writer->end_group();
-    if (plan.geometry && !plan.options.verify) plan.geometry->forget(index);
+    for (const MeshTrack &track : plan.meshes)
+      if (!plan.options.verify || !track.sent) track.geometry->forget(index);
     const media::VideoCodec &codec = *media::find_video_codec(plan.options.codec);
     for (size_t track = 0; track < plan.tracks.size(); track++)
       if (!plan.tracks[track].encoded)
@@ -356,9 +426,9 @@ private:
   std::vector<size_t> group_of;
   std::mutex mutex; // of groups
   std::vector<Group> groups;
-  std::vector<size_t> low_first;            // indices of plan.tracks in the order of the stream
   std::vector<std::promise<void>> promises; // of each video track: its choice is made
   std::vector<std::shared_future<void>> chosen;
+  std::deque<std::atomic<bool>> unwanted; // mesh tracks of which no more is encoded
 };
 
 } // namespace

@@ -9,10 +9,12 @@
 #include "mux/src/background.h"
 #include "mux/src/choices.h"
 #include "mux/src/crop.h"
+#include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/layout.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/sound/sound.h"
+#include "mux/src/stream_writer.h"
 #include "mux/src/visibility.h"
 
 #include <algorithm>
@@ -290,9 +292,15 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   plan.warned = warn_of_lattice(plan) || plan.warned;
   plan.normals = choose_normals(options, plan.capture);
   if (plan.has_meshes()) {
-    plan.decimation =
+    MeshTrack track;
+    track.lattice = plan.lattice;
+    track.decimation =
         choose_decimation(options, plan.capture, cameras, plan.error, plan.lattice, plan.normals);
-    plan.geometry = std::make_shared<Geometry>(plan, cameras);
+    track.geometry = std::make_shared<Geometry>(plan, track.decimation, cameras);
+    track.id = mesh_track;
+    track.visibility = visibility_track;
+    track.colours = colour_track;
+    plan.meshes.push_back(std::move(track));
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);
   plan.match = choose_match(plan, !encoded.empty());
@@ -314,6 +322,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
                             : plan.capture.atlas->texture_bits.value_or(defaults.texture_bits);
   }
   add_rungs(plan);
+  add_mesh_rungs(plan, cameras);
   if (plan.capture.background) {
     plan.background = pack_background(plan.capture);
     for (const std::string &warning : plan.background->warnings) plan.observer.warn(warning);
@@ -395,7 +404,7 @@ uint32_t group_size_of(const Options &options, const fvv_rational &frame_duratio
 void extend_plan(Plan &plan, const GroupSpan &group) {
   plan.capture.frames.count += int64_t(group.count);
   plan.groups.push_back(group);
-  if (plan.geometry) plan.geometry->extend(plan);
+  for (const MeshTrack &track : plan.meshes) track.geometry->extend(plan);
   if (plan.crop.on) lay_out_group(plan, silhouettes(plan, plan.whole.cameras, plan.group_count() - 1));
 }
 

@@ -99,8 +99,8 @@ fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
   }
 }
 
-StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here, NominalRates nominal)
-    : plan(chosen), sink(out_of_here), rates(std::move(nominal)), sound_bytes(chosen.sounds.size()),
+StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here, Nominal known)
+    : plan(chosen), sink(out_of_here), nominal(std::move(known)), sound_bytes(chosen.sounds.size()),
       writer(nullptr, fvv_writer_destroy) {
   check_groups();
   if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
@@ -123,8 +123,10 @@ void StreamWriter::check_groups() const {
   };
   uint64_t frames = 0;
   for (const GroupSpan &group : plan.groups) frames = std::max<uint64_t>(frames, group.count);
-  const uint64_t in_a_frame = uint64_t(plan.has_meshes()) + plan.tracks.size() + any_moves(plan.capture) +
-                              plan.visibility.on + plan.colours.on + (plan.background != nullptr) +
+  const auto meshes = std::count_if(plan.meshes.begin(), plan.meshes.end(),
+                                    [](const MeshTrack &track) { return track.sent; });
+  const uint64_t in_a_frame = uint64_t(meshes) * (1 + plan.visibility.on + plan.colours.on) +
+                              plan.tracks.size() + any_moves(plan.capture) + (plan.background != nullptr) +
                               plan.sounds.size();
   // Besides GRUP, and a layout for each track.
   check_count(1 + plan.tracks.size() + frames * in_a_frame, limits.max_group_chunks,
@@ -155,12 +157,43 @@ void StreamWriter::write_track(uint16_t id, uint8_t kind, const std::string &nam
   track.kind = kind;
   track.name = name.data();
   track.name_size = name.size();
-  if (const auto rate = rates.find(id); rate != rates.end())
-    track.bit_rate = uint32_t(std::clamp(std::round(rate->second), 1.0, double(UINT32_MAX)));
+  track.bit_rate = rate_of(id);
   if (video && video->alternate_group) {
     track.alternate_group = video->alternate_group;
     track.rank = uint16_t(video->rung);
     track.size = video->tiling.width * video->tiling.height;
+  }
+  write_track(track);
+}
+
+uint32_t StreamWriter::rate_of(uint16_t id) const {
+  const auto rate = nominal.rates.find(id);
+  return rate == nominal.rates.end()
+             ? 0
+             : uint32_t(std::clamp(std::round(rate->second), 1.0, double(UINT32_MAX)));
+}
+
+void StreamWriter::write_mesh_track(const MeshTrack &mesh, uint8_t kind) {
+  fvv_track track = {};
+  track.kind = kind;
+  track.id = kind == FVV_TRACK_MESH ? mesh.id : kind == FVV_TRACK_VISIBILITY ? mesh.visibility : mesh.colours;
+  std::string name = kind == FVV_TRACK_MESH         ? "mesh"
+                     : kind == FVV_TRACK_VISIBILITY ? "visibility"
+                                                    : "colours";
+  if (mesh.rung) name += ", rung " + std::to_string(mesh.rung);
+  if (mesh.rung && kind == FVV_TRACK_MESH) name += ", error " + budget_text(plan, mesh.times);
+  track.name = name.data();
+  track.name_size = name.size();
+  track.bit_rate = rate_of(track.id);
+  if (plan.has_mesh_rungs()) {
+    const auto videos = std::count_if(plan.tracks.begin(), plan.tracks.end(),
+                                      [](const VideoTrack &video) { return !video.rung; });
+    track.alternate_group = uint16_t(videos + (kind == FVV_TRACK_MESH         ? 1
+                                               : kind == FVV_TRACK_VISIBILITY ? 2
+                                                                              : 3));
+    track.rank = uint16_t(mesh.rung);
+    if (const auto size = nominal.sizes.find(track.id); size != nominal.sizes.end())
+      track.size = uint32_t(std::clamp(std::round(size->second), 1.0, double(UINT32_MAX)));
   }
   write_track(track);
 }
@@ -185,15 +218,21 @@ void StreamWriter::write_configuration() {
             record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
               return fvv_scene_encode(&scene, out, size, written, d);
             }));
-  if (plan.has_meshes()) write_track(mesh_track, FVV_TRACK_MESH, "mesh");
+  if (plan.has_meshes()) write_mesh_track(plan.meshes[0], FVV_TRACK_MESH);
   for (const VideoTrack *track : video_tracks())
     if (track->id < calibration_track) write_video_track(*track);
   if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
-  if (plan.visibility.on) write_track(visibility_track, FVV_TRACK_VISIBILITY, "visibility");
+  if (plan.visibility.on) write_mesh_track(plan.meshes[0], FVV_TRACK_VISIBILITY);
   if (plan.background) write_track(background_track, FVV_TRACK_BACKGROUND, "environment");
-  if (plan.colours.on) write_track(colour_track, FVV_TRACK_COLOURS, "colours");
+  if (plan.colours.on) write_mesh_track(plan.meshes[0], FVV_TRACK_COLOURS);
   for (const VideoTrack *track : video_tracks())
     if (track->id > calibration_track) write_video_track(*track);
+  for (const MeshTrack &track : plan.meshes) {
+    if (!track.sent || !track.rung) continue;
+    write_mesh_track(track, FVV_TRACK_MESH);
+    if (plan.visibility.on) write_mesh_track(track, FVV_TRACK_VISIBILITY);
+    if (plan.colours.on) write_mesh_track(track, FVV_TRACK_COLOURS);
+  }
   for (size_t i = 0; i < plan.sounds.size(); i++) write_sound_track(i);
   for (const scene::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
@@ -290,9 +329,9 @@ void StreamWriter::begin_group(size_t group) {
   check(fvv_writer_begin_group(writer.get(), span.start, span.end, &diagnostic));
 }
 
-void StreamWriter::mesh(size_t frame, const std::vector<uint8_t> &payload, bool key) {
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, mesh_track, key ? FVV_FLAG_KEY : 0,
-                         plan.tick_of(frame), payload.data(), payload.size(), &diagnostic));
+void StreamWriter::mesh(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload, bool key) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, track.id, key ? FVV_FLAG_KEY : 0, plan.tick_of(frame),
+                         payload.data(), payload.size(), &diagnostic));
 }
 
 uint64_t StreamWriter::calibration(size_t frame, bool key) {
@@ -312,13 +351,14 @@ bool StreamWriter::layout(const VideoTrack &track, size_t group) {
   return true;
 }
 
-void StreamWriter::visibility(size_t frame, const std::vector<uint8_t> &payload, bool key) {
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VISIBILITY, visibility_track, key ? FVV_FLAG_KEY : 0,
+void StreamWriter::visibility(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload,
+                              bool key) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VISIBILITY, track.visibility, key ? FVV_FLAG_KEY : 0,
                          plan.tick_of(frame), payload.data(), payload.size(), &diagnostic));
 }
 
-void StreamWriter::colours(size_t frame, const std::vector<uint8_t> &payload) {
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_COLOURS, colour_track, FVV_FLAG_KEY, int64_t(frame),
+void StreamWriter::colours(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_COLOURS, track.colours, FVV_FLAG_KEY, plan.tick_of(frame),
                          payload.data(), payload.size(), &diagnostic));
 }
 

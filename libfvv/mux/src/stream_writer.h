@@ -49,30 +49,34 @@ private:
 
 constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibration_track = 4,
                    visibility_track = 5, background_track = 6, colour_track = 7;
-// Further tracks with cameras follow all others, and those of further rungs these.
+// Further tracks with cameras follow all others, then the video tracks of further rungs, then their meshes
+// with visibility and colours.
 constexpr uint16_t last_track = colour_track;
 
-// Bits a second by track identifier, for TRAK.
-using NominalRates = std::map<uint16_t, double>;
+// For TRAK, by track identifier.
+struct Nominal {
+  std::map<uint16_t, double> rates; // bits a second
+  std::map<uint16_t, double> sizes; // faces of a mesh
+};
 
 // Every function throws Error if writing fails.
 class StreamWriter {
 public:
   // Writes file header and configuration. plan and sink are borrowed.
-  StreamWriter(const Plan &plan, const Sink &sink, NominalRates rates = {});
+  StreamWriter(const Plan &plan, const Sink &sink, Nominal nominal = {});
 
   void repeat_configuration();
   void begin_group(size_t group);
-  void mesh(size_t frame, const std::vector<uint8_t> &payload, bool key);
+  void mesh(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload, bool key);
   // The calibration of a frame, if any camera moves; key: its group begins. Returns the bytes of payload.
   uint64_t calibration(size_t frame, bool key);
   // The layout of a group, unless it is that of the configuration, before the track's first sample. Returns
   // whether it was written.
   bool layout(const VideoTrack &track, size_t group);
   // After mesh and calibration of the frame.
-  void visibility(size_t frame, const std::vector<uint8_t> &payload, bool key);
+  void visibility(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload, bool key);
   // Of a key mesh, likewise.
-  void colours(size_t frame, const std::vector<uint8_t> &payload);
+  void colours(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
   uint64_t background(size_t frame);
@@ -97,13 +101,16 @@ private:
   void write_video_track(const VideoTrack &track);
   std::vector<uint8_t> layout_record(const std::vector<fvv_tile> &tiles) const;
   void write_track(uint16_t id, uint8_t kind, const std::string &name, const VideoTrack *video = nullptr);
+  // One of the tracks of a mesh track: each kind has an alternate group, if several rungs have meshes.
+  void write_mesh_track(const MeshTrack &track, uint8_t kind);
+  uint32_t rate_of(uint16_t id) const;
   void write_track(const fvv_track &track);
   void write_sound_track(size_t number);
   void write_sound(size_t number);
 
   const Plan &plan;
   const Sink &sink;
-  const NominalRates rates;
+  const Nominal nominal;
   std::exception_ptr failure; // of sink
   fvv_diagnostic diagnostic = {};
   std::optional<MovingCameras> moving;

@@ -39,7 +39,7 @@ double DecimationSums::volume_change() const {
 }
 
 static std::string decimation_text(const Plan &plan, const DecimationSums &sums) {
-  const DecimationChoice &choice = plan.decimation;
+  const DecimationChoice &choice = plan.meshes[0].decimation;
   std::string out = "  budget    " + budget_text(plan);
   const bool seen = std::isfinite(choice.pixel) && !choice.is_length;
   if (seen)
@@ -67,7 +67,7 @@ static std::string decimation_text(const Plan &plan, const DecimationSums &sums)
 }
 
 static nlohmann::ordered_json decimation_json(const Plan &plan, const DecimationSums &sums) {
-  const DecimationChoice &choice = plan.decimation;
+  const DecimationChoice &choice = plan.meshes[0].decimation;
   const bool seen = std::isfinite(choice.pixel) && !choice.is_length;
   nlohmann::ordered_json out = {{"max_error", plan.error.value},
                                 {"unit", !choice.is_length            ? "pixels"
@@ -182,7 +182,7 @@ void video_lines(std::string &out, const Summary &s, size_t index) {
 uint64_t picture_bytes(const Summary &s, size_t rung) {
   uint64_t bytes = 0;
   for (size_t i = 0; i < s.plan.tracks.size(); i++)
-    if (s.plan.tracks[i].rung == rung || !s.plan.tracks[i].alternate_group) bytes += s.videos[i].payload;
+    if (s.plan.tracks[i].is_in(rung)) bytes += s.videos[i].payload;
   return bytes;
 }
 
@@ -190,14 +190,43 @@ double rate_of(const Summary &s, uint64_t bytes) {
   return 8 * double(bytes) * frame_rate(s) / double(s.plan.end());
 }
 
+// Of meshes with visibility and colours that a rung takes; NULL: there are none.
+const MeshSums *meshes_of(const Summary &s, size_t rung) {
+  return s.plan.has_meshes() ? &s.meshes(size_t(&s.plan.mesh_of(rung) - s.plan.meshes.data())) : nullptr;
+}
+
+// A rung for which coarser meshes were considered; NULL: none were.
+const MeshTrack *considered(const Plan &plan, size_t rung) {
+  const auto found = std::find_if(plan.meshes.begin(), plan.meshes.end(),
+                                  [&](const MeshTrack &track) { return track.rung == rung; });
+  return rung && found != plan.meshes.end() ? &*found : nullptr;
+}
+
+double triangles_of(const MeshSums &sums) {
+  return sums.mesh.chunks ? double(sums.faces) / double(sums.mesh.chunks) : 0;
+}
+
+std::string rung_meshes_text(const Summary &s, size_t rung) {
+  const Plan &plan = s.plan;
+  if (!rung || !plan.has_meshes()) return "";
+  const MeshTrack &taken = plan.mesh_of(rung), *track = considered(plan, rung);
+  const std::string saving = track ? fvv::format("%.1f %% of its bytes", 100 * track->saving) : std::string();
+  if (taken.rung == rung) return "; meshes of its own save " + saving;
+  return "; meshes of rung " + std::to_string(taken.rung) + ": " +
+         (track ? "its own would save " + saving : plan.shares_meshes);
+}
+
 void ladder_lines(std::string &out, const Summary &s) {
   const std::vector<Rung> &ladder = s.plan.options.ladder;
-  uint64_t common = s.bytes;
+  uint64_t common = s.bytes - s.payload();
   for (const TrackBytes &video : s.videos) common -= video.payload;
+  for (const MeshSums &meshes : s.lower_meshes) common -= meshes.payload();
   for (size_t rung = 0; rung < ladder.size(); rung++) {
     const uint64_t pictures = picture_bytes(s, rung);
-    line(out, "  %-10srung %zu: %.1f kbit/s, of these %.1f for pictures at scale %.4g", rung ? "" : "ladder",
-         rung, rate_of(s, common + pictures) / 1000, rate_of(s, pictures) / 1000, ladder[rung].scale);
+    const MeshSums *meshes = meshes_of(s, rung);
+    line(out, "  %-10srung %zu: %.1f kbit/s, of these %.1f for pictures at scale %.4g%s",
+         rung ? "" : "ladder", rung, rate_of(s, common + pictures + (meshes ? meshes->payload() : 0)) / 1000,
+         rate_of(s, pictures) / 1000, ladder[rung].scale, rung_meshes_text(s, rung).c_str());
   }
 }
 
@@ -257,6 +286,10 @@ void verdict_lines(std::string &out, const Summary &s) {
   size_t pictures = 0;
   for (const VideoVerdict &video : v.videos) pictures += video.pictures;
   line(out, "  verified  %zu meshes, %zu pictures and %zu cameras read back", v.meshes, pictures, v.cameras);
+  for (const MeshTrack &track : s.plan.meshes)
+    if (track.rung && track.sent)
+      line(out, "            and %zu meshes of rung %zu",
+           v.lower_meshes[size_t(&track - s.plan.meshes.data()) - 1].meshes, track.rung);
   if (v.meshes)
     line(out, "            coordinates at most %.4g %s off, %.3f lattice steps",
          v.mesh.max_vertex_error * (metric ? 1000 : 1), metric ? "mm" : "units",
@@ -345,6 +378,16 @@ std::string summary_text(const Summary &s, const std::string &output) {
                            double(s.colours.cells) / double(s.colours.track.chunks),
                            8 * double(s.colours.track.payload) / double(s.colours.cells), s.colours.psnr(),
                            100 * (1 - double(s.colours.shown) / double(s.colours.vertices))));
+  for (const MeshTrack &track : plan.meshes) {
+    if (!track.rung || !track.sent) continue;
+    const MeshSums &sums = *meshes_of(s, track.rung);
+    track_line(
+        out, s, "mesh", sums.payload(),
+        fvv::format("rung %zu: error ", track.rung) + budget_text(plan, track.times) +
+            fvv::format(", %.0f triangles a frame (rung 0: %.0f); visibility %.1f kB, colours %.1f kB of it",
+                        triangles_of(sums), triangles_of(s), double(sums.visibility.bytes) / 1000,
+                        double(sums.colours.track.payload) / 1000));
+  }
   for (size_t i = 0; i < plan.tracks.size(); i++)
     track_line(out, s, name_of(s, plan.tracks[i]).c_str(), s.videos[i].payload, codec_choice(s, i));
   for (size_t i = 0; i < plan.sounds.size(); i++)
@@ -554,6 +597,35 @@ nlohmann::ordered_json video_json(const Summary &s, size_t index) {
   return out;
 }
 
+// Errors in pixels are those of the rung's own pictures.
+nlohmann::ordered_json rung_meshes_json(const Summary &s, size_t rung) {
+  const Plan &plan = s.plan;
+  const MeshTrack &track = plan.mesh_of(rung);
+  const MeshSums &sums = *meshes_of(s, rung);
+  nlohmann::ordered_json out = {{"rung", track.rung},
+                                {"track", track.id},
+                                {"bytes", sums.mesh.payload},
+                                {"visibility_bytes", sums.visibility.bytes},
+                                {"colours_bytes", sums.colours.track.payload},
+                                {"max_error", plan.error.value * track.times},
+                                {"triangles", triangles_of(sums)}};
+  const DecimationChoice &choice = track.decimation;
+  if (std::isfinite(choice.pixel) && !choice.is_length && sums.decimation.frames > sums.decimation.kept) {
+    const double scale = plan.rung_scale(rung);
+    out["rms_pixels"] = sums.decimation.rms_pixels * scale;
+    out["max_pixels"] = sums.decimation.max_pixels * scale;
+  }
+  if (const MeshTrack *own = considered(plan, rung))
+    out["saving"] = own->saving;
+  else if (rung)
+    out["reason"] = plan.shares_meshes;
+  if (!s.verdict || !rung || track.rung != rung) return out;
+  const MeshTrackVerdict &verdict = s.verdict->lower_meshes[size_t(&track - plan.meshes.data()) - 1];
+  out["verified"] = {{"meshes", verdict.meshes}, {"max_vertex_error", verdict.mesh.max_vertex_error}};
+  if (plan.visibility.on) out["verified"]["visibility"] = verdict.visible;
+  return out;
+}
+
 nlohmann::ordered_json ladder_json(const Summary &s) {
   nlohmann::ordered_json out = nlohmann::ordered_json::array();
   for (size_t rung = 0; rung < s.plan.rung_count(); rung++) {
@@ -580,6 +652,7 @@ nlohmann::ordered_json ladder_json(const Summary &s) {
                    {"picture_bytes", pictures},
                    {"picture_rate", rate_of(s, pictures)},
                    {"tracks", tracks}});
+    if (s.plan.has_meshes()) out.back()["meshes"] = rung_meshes_json(s, rung);
   }
   return out;
 }

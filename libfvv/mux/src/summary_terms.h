@@ -33,8 +33,8 @@ inline double per_second(const Summary &s) {
 }
 
 inline uint64_t overhead(const Summary &s) {
-  uint64_t bytes = s.bytes - s.mesh.payload - s.calibration.payload - s.visibility.bytes -
-                   s.colours.track.payload - s.background.payload;
+  uint64_t bytes = s.bytes - s.payload() - s.calibration.payload - s.background.payload;
+  for (const MeshSums &meshes : s.lower_meshes) bytes -= meshes.payload();
   for (const TrackBytes &video : s.videos) bytes -= video.payload;
   for (const TrackBytes &sound : s.sounds) bytes -= sound.payload;
   return bytes;

@@ -110,7 +110,7 @@ std::vector<fvv_camera> cameras_in(fvv_stream *stream, size_t frame, const Plan 
 std::string VisibilityVerifier::frame(fvv_stream *stream, size_t frame, const fvv_mesh &mesh) {
   const fvv_visibility *found = nullptr;
   fvv_diagnostic diagnostic = {};
-  const fvv_status status = fvv_stream_visibility(stream, frame, visibility_track, &found, &diagnostic);
+  const fvv_status status = fvv_stream_visibility(stream, frame, track.visibility, &found, &diagnostic);
   fvv::check(status, name, diagnostic);
   if (!found || !found->header.number) former.clear();
   const std::vector<CameraView> wanted =
@@ -144,11 +144,10 @@ constexpr double r_max_slack = 1e-3;        // of r_max, of a camera that moves:
 constexpr double distance_in_steps = 1000;  // of the lattice, from a camera to the points that are compared
 
 struct GroupVerdict {
-  size_t meshes = 0;
-  MeshVerdict mesh;
+  std::vector<MeshTrackVerdict> meshes;
   std::vector<VideoVerdict> videos;
   double moving_reprojection = 0; // pixels, of cameras that move
-  size_t visible = 0, backgrounds = 0, sounds = 0;
+  size_t backgrounds = 0, sounds = 0;
 };
 
 // How far a rotation is from an orthonormal one, to which a camera that moves is rounded, in pixels.
@@ -187,9 +186,10 @@ double reprojection(const fvv_camera &ours, const fvv_camera &theirs, double dis
 // Reads with a handle of its own, so that several may run at once.
 class Reader {
 public:
-  Reader(const Plan &chosen, const std::vector<MeshOrigins> &reported, const InputFile &source)
-      : plan(chosen), origins(reported), name(source.path()), visibility(chosen, name),
-        stream(nullptr, fvv_stream_close), file(nullptr, fvv_file_close) {
+  Reader(const Plan &chosen, const std::vector<std::vector<MeshOrigins>> &reported, const InputFile &source)
+      : plan(chosen), origins(reported), name(source.path()), stream(nullptr, fvv_stream_close),
+        file(nullptr, fvv_file_close) {
+    for (const MeshTrack &track : plan.meshes) visibility.emplace_back(plan, track, name);
     const fvv_input input = source.input();
     fvv_stream *opened = nullptr;
     const fvv_status status = fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic);
@@ -216,8 +216,10 @@ public:
   GroupVerdict group(size_t index) {
     GroupVerdict verdict;
     for (const VideoTrack &track : plan.tracks) verdict.videos.push_back(pictures(index, track));
-    for (size_t i = 0; plan.has_meshes() && i < plan.frames_of(index); i++)
-      mesh(plan.first_of(index) + i, verdict);
+    verdict.meshes.resize(plan.meshes.size());
+    for (size_t track = 0; track < plan.meshes.size(); track++)
+      for (size_t i = 0; plan.meshes[track].sent && i < plan.frames_of(index); i++)
+        mesh(track, plan.first_of(index) + i, verdict.meshes[track]);
     for (size_t i = 0; i < plan.frames_of(index); i++) moving(plan.first_of(index) + i, verdict);
     const std::string wrong = verify_background(stream.get(), index, plan, name);
     if (!wrong.empty()) throw Error(name + ": " + wrong);
@@ -250,31 +252,32 @@ private:
     fvv::check(status, name, diagnostic);
   }
 
-  void mesh(size_t frame, GroupVerdict &verdict) {
+  void mesh(size_t track, size_t frame, MeshTrackVerdict &verdict) {
     OwnedMesh decoded;
-    const fvv_status status = fvv_stream_mesh(stream.get(), frame, mesh_track, &decoded, &diagnostic);
+    const MeshTrack &of = plan.meshes[track];
+    const fvv_status status = fvv_stream_mesh(stream.get(), frame, of.id, &decoded, &diagnostic);
     if (!plan.has_mesh(frame)) {
       if (status != FVV_END) fail(frame, "there is a mesh, and none in the capture");
       return;
     }
     check(status, frame, "mesh");
     try {
-      verdict.mesh.add(verify_mesh(plan, frame, decoded, origins[frame]));
+      verdict.mesh.add(verify_mesh(plan, of, frame, decoded, origins[track][frame]));
     } catch (const MeshMismatch &mismatch) {
       fail(frame, mismatch.what());
     }
     verdict.meshes++;
-    if (plan.colours.on) colours(frame, decoded.vertex_count);
+    if (plan.colours.on) colours(of, frame, decoded.vertex_count);
     if (!plan.visibility.on) return;
-    const std::string wrong = visibility.frame(stream.get(), frame, decoded);
+    const std::string wrong = visibility[track].frame(stream.get(), frame, decoded);
     if (!wrong.empty()) fail(frame, wrong);
     verdict.visible++;
   }
 
-  void colours(size_t frame, uint32_t vertices) {
+  void colours(const MeshTrack &track, size_t frame, uint32_t vertices) {
     const uint8_t *found = nullptr;
     uint32_t count = 0;
-    check(fvv_stream_colours(stream.get(), frame, mesh_track, &found, &count, &diagnostic), frame,
+    check(fvv_stream_colours(stream.get(), frame, track.id, &found, &count, &diagnostic), frame,
           "colour of vertices");
     if (count != vertices)
       fail(frame,
@@ -399,15 +402,21 @@ private:
   }
 
   const Plan &plan;
-  const std::vector<MeshOrigins> &origins;
+  const std::vector<std::vector<MeshOrigins>> &origins;
   const std::string name;
-  VisibilityVerifier visibility;
+  std::vector<VisibilityVerifier> visibility; // of each mesh track
   fvv_diagnostic diagnostic = {};
   std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream;
   std::unique_ptr<fvv_file, void (*)(fvv_file *)> file; // for sound
 };
 
 } // namespace
+
+void MeshTrackVerdict::add(const MeshTrackVerdict &other) {
+  meshes += other.meshes;
+  visible += other.visible;
+  mesh.add(other.mesh);
+}
 
 void VideoVerdict::add(const VideoVerdict &other) {
   pictures += other.pictures;
@@ -416,10 +425,12 @@ void VideoVerdict::add(const VideoVerdict &other) {
   min_psnr = std::min(min_psnr, other.min_psnr);
 }
 
-Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins, const InputFile &file) {
+Verdict verify(const Plan &plan, const std::vector<std::vector<MeshOrigins>> &origins,
+               const InputFile &file) {
   if (plan.capture.mesh_cache) scene::clear(*plan.capture.mesh_cache);
   Verdict verdict;
   verdict.videos.resize(plan.tracks.size());
+  if (plan.has_meshes()) verdict.lower_meshes.resize(plan.meshes.size() - 1);
   Reader reader(plan, origins, file);
   const fvv_configuration &configuration = reader.whole();
   for (const scene::Camera &camera : plan.capture.cameras) {
@@ -438,9 +449,10 @@ Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins, const 
   run_ordered(
       plan.options.threads, group_of, [&](size_t i) { groups[i] = Reader(plan, origins, file).group(i); },
       [&](size_t i) {
-        verdict.meshes += groups[i].meshes;
-        verdict.mesh.add(groups[i].mesh);
-        verdict.visible += groups[i].visible;
+        for (size_t k = 0; k < plan.meshes.size(); k++) {
+          MeshTrackVerdict &whole = k ? verdict.lower_meshes[k - 1] : verdict;
+          whole.add(groups[i].meshes[k]);
+        }
         verdict.backgrounds += groups[i].backgrounds;
         verdict.sounds += groups[i].sounds;
         verdict.moving_reprojection = std::max(verdict.moving_reprojection, groups[i].moving_reprojection);

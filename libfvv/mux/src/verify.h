@@ -23,7 +23,8 @@ struct MeshMismatch : std::runtime_error {
 // the lattice; when in a run of frames with the same connectivity a vertex is further from its source vertex
 // than the plan allows, or the faces between these are not the source's; or when texture indices or those of
 // normals differ.
-MeshVerdict verify_mesh(const Plan &plan, size_t frame, const fvv_mesh &decoded, const MeshOrigins &origins);
+MeshVerdict verify_mesh(const Plan &plan, const MeshTrack &track, size_t frame, const fvv_mesh &decoded,
+                        const MeshOrigins &origins);
 
 // The environment that a reader finds for a group, if the plan has one: compares it with the packed one, and
 // for the first group also each part and picture with the capture. Returns "" or what is wrong. Throws Error,
@@ -32,8 +33,9 @@ std::string verify_background(fvv_stream *stream, size_t group, const Plan &plan
 
 class VisibilityVerifier {
 public:
-  // plan is borrowed.
-  VisibilityVerifier(const Plan &chosen, std::string file) : plan(chosen), name(std::move(file)) {}
+  // plan and track are borrowed. track: of the meshes.
+  VisibilityVerifier(const Plan &chosen, const MeshTrack &of, std::string file)
+      : plan(chosen), track(of), name(std::move(file)) {}
 
   // For the frames of a group one after the other. mesh: of the frame, as it was read. Returns "" or what is
   // wrong. Throws Error, named after the file, when the stream does not decode.
@@ -41,6 +43,7 @@ public:
 
 private:
   const Plan &plan;
+  const MeshTrack &track;
   const std::string name;
   States former; // of the frame before
 };

@@ -176,8 +176,8 @@ void compare_faces(const Plan &plan, const geometry::Mesh &source, const std::ve
       throw MeshMismatch("a face of the source is missing");
 }
 
-MeshVerdict verify_run(const Plan &plan, const geometry::Mesh &source, const fvv_mesh &decoded,
-                       const MeshOrigins &origins) {
+MeshVerdict verify_run(const Plan &plan, const MeshTrack &track, const geometry::Mesh &source,
+                       const fvv_mesh &decoded, const MeshOrigins &origins) {
   const std::vector<uint32_t> &origin = *origins.vertices;
   if (origin.size() != decoded.vertex_count)
     throw MeshMismatch("expected " + std::to_string(origin.size()) + " vertices, found " +
@@ -194,11 +194,11 @@ MeshVerdict verify_run(const Plan &plan, const geometry::Mesh &source, const fvv
     MeshVerdict one;
     measure(plan, source, origin[v], point, one);
     if (plan.normals.bits) one.max_normal_error = angle(source, origin[v], normals[v]);
-    if (one.max_vertex_error > plan.lattice.error() * (1 + 1e-9)) {
+    if (one.max_vertex_error > track.lattice.error() * (1 + 1e-9)) {
       char text[160];
       std::snprintf(text, sizeof text,
                     "decoded vertex %u is %g off vertex %u of the source, expected at most %g", v,
-                    one.max_vertex_error, origin[v], plan.lattice.error());
+                    one.max_vertex_error, origin[v], track.lattice.error());
       throw MeshMismatch(text);
     }
     verdict.add(one);
@@ -215,15 +215,16 @@ void MeshVerdict::add(const MeshVerdict &other) {
   max_normal_error = std::max(max_normal_error, other.max_normal_error);
 }
 
-MeshVerdict verify_mesh(const Plan &plan, size_t frame, const fvv_mesh &decoded, const MeshOrigins &origins) {
+MeshVerdict verify_mesh(const Plan &plan, const MeshTrack &track, size_t frame, const fvv_mesh &decoded,
+                        const MeshOrigins &origins) {
   if (decoded.texture_bits != plan.texture_bits)
     throw MeshMismatch("the decoded mesh has texture coordinates of " + std::to_string(decoded.texture_bits) +
                        " bits, expected " + std::to_string(plan.texture_bits));
   if (decoded.normal_bits != plan.normals.bits)
     throw MeshMismatch("the decoded mesh has normals of " + std::to_string(decoded.normal_bits) +
                        " bits, expected " + std::to_string(plan.normals.bits));
-  const Source source = load_source(plan, frame);
-  return origins.vertices ? verify_run(plan, source.mesh, decoded, origins)
+  const Source source = load_source(plan, track, frame);
+  return origins.vertices ? verify_run(plan, track, source.mesh, decoded, origins)
                           : verify_alone(plan, frame, source, decoded);
 }
 

@@ -60,7 +60,8 @@ struct Former {
 
 class FrameCoder {
 public:
-  FrameCoder(const Plan &chosen, const VisibilityChoice &what) : plan(chosen), choice(what) {}
+  FrameCoder(const Plan &chosen, const VisibilityChoice &what, const MeshTrack &of)
+      : plan(chosen), choice(what), track(of) {}
 
   // follows: mesh has the faces of the one before.
   VisibilityFrame code(const fvv_mesh &mesh, bool follows, const std::vector<fvv_camera> &cameras,
@@ -86,7 +87,7 @@ public:
     }
     for (const fvv_visibility_view &view : views) frame.cameras.push_back(view.camera);
     if (!views.empty()) {
-      const fvv_visibility_header header = {choice.threshold, mesh_track, 0, now.number, 0};
+      const fvv_visibility_header header = {choice.threshold, track.id, 0, now.number, 0};
       check(fvv_visibility_encode(order.get(), &mesh, &header, views.data(), views.size(), &payload,
                                   &diagnostic));
       frame.payload.assign(payload.data, payload.data + payload.size);
@@ -109,6 +110,7 @@ private:
 
   const Plan &plan;
   const VisibilityChoice &choice;
+  const MeshTrack &track;
   fvv_diagnostic diagnostic = {};
   OwnedBytes payload;
   Former former;
@@ -202,8 +204,8 @@ GivenVisibility SurfaceCoder::given(size_t frame, const fvv_mesh &mesh) const {
   return out;
 }
 
-ColourFrame SurfaceCoder::colours(size_t frame, const fvv_mesh &mesh, const std::vector<fvv_camera> &cameras,
-                                  const States &states) const {
+ColourFrame SurfaceCoder::colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh,
+                                  const std::vector<fvv_camera> &cameras, const States &states) const {
   const int64_t number = plan.capture.frames.number(int64_t(frame));
   const std::vector<float> metres = metres_of(mesh, plan.lattice.lattice);
   const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
@@ -229,8 +231,11 @@ ColourFrame SurfaceCoder::colours(size_t frame, const fvv_mesh &mesh, const std:
                   seen.empty() ? nullptr : seen.data()});
   }
   const render::VertexColours found = gatherer.colours();
-  fvv_colours_header header = {mesh_track,        plan.colours.step,      plan.colours.step,
-                               mesh.vertex_count, plan.colours.cell_size, 0};
+  // Cells grow as the pixels of the rung do.
+  const double cell_size =
+      std::min(std::round(track.times * plan.colours.cell_size), double(FVV_COLOURS_MAX_CELL));
+  fvv_colours_header header = {track.id,          plan.colours.step,   plan.colours.step,
+                               mesh.vertex_count, uint32_t(cell_size), 0};
   OwnedBytes payload;
   fvv_diagnostic diagnostic = {};
   fvv_status status;
@@ -254,12 +259,13 @@ ColourFrame SurfaceCoder::colours(size_t frame, const fvv_mesh &mesh, const std:
   return out;
 }
 
-SurfaceFrames SurfaceCoder::encode(size_t first, const std::vector<MeshFrame> &meshes) const {
+SurfaceFrames SurfaceCoder::encode(const MeshTrack &track, size_t first,
+                                   const std::vector<MeshFrame> &meshes) const {
   SurfaceFrames frames;
   frames.visibility.resize(meshes.size());
   frames.colours.resize(meshes.size());
   DecodedMeshes decoded(plan.capture.path);
-  FrameCoder coder(plan, choice);
+  FrameCoder coder(plan, choice, track);
   const bool visible = on;
   for (size_t i = 0; i < meshes.size() && (visible || plan.colours.on); i++) {
     if (meshes[i].payload.empty()) continue;
@@ -270,7 +276,7 @@ SurfaceFrames SurfaceCoder::encode(size_t first, const std::vector<MeshFrame> &m
           coder.code(mesh, !meshes[i].key, cameras_of(first + i, choice.cameras), given(first + i, mesh));
     if (plan.colours.on && meshes[i].key)
       frames.colours[i] =
-          colours(first + i, mesh, cameras_of(first + i, plan.colours.cameras), coder.states());
+          colours(track, first + i, mesh, cameras_of(first + i, plan.colours.cameras), coder.states());
   }
   return frames;
 }

@@ -67,16 +67,16 @@ public:
   // No more visibility is wanted: from now on encode returns frames without it.
   void stop_visibility() { on = false; }
 
-  // Of the frames of meshes; first: the number of the first one, counted from 0; meshes begin with a key
-  // frame. Frames with the faces of the one before have its weights as contexts.
-  SurfaceFrames encode(size_t first, const std::vector<MeshFrame> &meshes) const;
+  // Of the frames of a track's meshes; first: the number of the first one, counted from 0; meshes begin with
+  // a key frame. Frames with the faces of the one before have its weights as contexts.
+  SurfaceFrames encode(const MeshTrack &track, size_t first, const std::vector<MeshFrame> &meshes) const;
 
 private:
   // What frames from memory say of visibility, brought to the vertices of the decoded mesh.
   GivenVisibility given(size_t frame, const fvv_mesh &mesh) const;
   // Of a key mesh. cameras: of the frame; states: what they see of it, of those that have it.
-  ColourFrame colours(size_t frame, const fvv_mesh &mesh, const std::vector<fvv_camera> &cameras,
-                      const States &states) const;
+  ColourFrame colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh,
+                      const std::vector<fvv_camera> &cameras, const States &states) const;
   // As decoders have them; those that are not calibrated in that frame are left out. indices: in
   // Capture::cameras.
   std::vector<fvv_camera> cameras_of(size_t frame, const std::vector<size_t> &indices) const;

@@ -30,7 +30,7 @@ struct TileSize {
   uint16_t width, height;
 };
 
-// A rung of the ladder of quality: the pictures once more, smaller.
+// A rung of the ladder of quality: the pictures once more, smaller, and perhaps coarser meshes.
 struct Rung {
   double scale;          // of pictures, times that of the options; 0 < scale <= 1
   uint64_t bit_rate = 0; // of all video tracks of the rung; 0: by Options::bit_rate, or by quality
@@ -102,6 +102,9 @@ enum class Colours { automatic, on, off };
 // Correction of cameras that differ in exposure and white balance. automatic: where they differ noticeably.
 enum class MatchColours { automatic, on, off };
 
+// Meshes of their own for lower rungs. automatic: where they save enough of the rung's bytes.
+enum class MeshLadder { automatic, on, off };
+
 struct Options {
   std::string capture; // capture.json or its folder
   uint32_t codec = FVV_CODEC_AVC1;
@@ -112,7 +115,8 @@ struct Options {
   double scale = 1;             // of pictures, 0 < scale <= 1
   double atlas_scale = 1;       // of those of the atlas, likewise
   std::vector<Rung> ladder;     // 2 to most_rungs with falling scales; empty: every picture is sent once
-  uint32_t texture_bits = 0;    // of texture indices; 0: as the capture says, else libfvv's default
+  MeshLadder mesh_ladder = MeshLadder::automatic;
+  uint32_t texture_bits = 0; // of texture indices; 0: as the capture says, else libfvv's default
   Background background = Background::automatic;
   std::optional<Length> step;
   std::optional<MaxError> max_error; // else the defaults above

@@ -165,9 +165,27 @@ struct VideoTrack {
   uint16_t alternate_group = 0;                     // likewise; 0: there are no other rungs of it
 
   bool is_atlas() const { return shows == FVV_SHOWS_ATLAS; }
+  bool is_in(size_t which) const { return rung == which || !alternate_group; }
   const std::vector<fvv_tile> &tiles_of(size_t group) const {
     return groups.empty() ? tiling.tiles : groups[group];
   }
+};
+
+class Geometry; // meshes.h
+
+// The meshes of the first rung or, with a larger error, those of a lower one. Rungs without meshes of their
+// own take those of the next better one. Visibility and colours belong to one mesh track.
+struct MeshTrack {
+  size_t rung = 0;
+  double times = 1;      // the plan's error
+  LatticeChoice lattice; // that of the plan, with the error of these delta frames
+  DecimationChoice decimation;
+  std::shared_ptr<Geometry> geometry;           // where they come from
+  uint16_t id = 0, visibility = 0, colours = 0; // of its tracks in the stream
+  // Of a lower rung, decided by the first group: is it sent, and which share of the bytes of its rung it
+  // saves there.
+  bool sent = true;
+  double saving = 0;
 };
 
 struct Plan;
@@ -180,7 +198,6 @@ struct SoundTrack {
   media::SoundPackets packets;
 };
 
-class Geometry;          // meshes.h
 struct PackedBackground; // background.h
 
 // A group of the stream: its frames, and the ticks that it covers.
@@ -209,8 +226,8 @@ struct Plan {
   bool tracked = false;      // some frames have the faces of the one before: groups may have delta frames
   ErrorBudget error;
   LatticeChoice lattice;
-  DecimationChoice decimation;
-  std::shared_ptr<Geometry> geometry; // the source of meshes, if there are some
+  std::vector<MeshTrack> meshes; // if there are some: of the first rung, and of lower ones in order
+  std::string shares_meshes;     // why no lower rung may have meshes of its own
   NormalChoice normals;
   WindingChoice winding;
   uint32_t texture_bits = 0;             // 0: meshes without texture coordinates
@@ -240,6 +257,12 @@ struct Plan {
   double rung_scale(size_t rung) const {
     return rung ? options.ladder[rung].scale / options.ladder[0].scale : 1;
   }
+  // That a rung takes. There are meshes.
+  const MeshTrack &mesh_of(size_t rung) const {
+    const auto taken = [&](const MeshTrack &track) { return track.sent && track.rung <= rung; };
+    return *std::find_if(meshes.rbegin(), meshes.rend(), taken);
+  }
+  bool has_mesh_rungs() const { return !meshes.empty() && mesh_of(rung_count()).rung > 0; }
   bool has_meshes() const { return capture.meshes.has_value(); }
   bool has_mesh(size_t frame) const { return capture.has_mesh(capture.frames.number(int64_t(frame))); }
   size_t frame_count() const { return size_t(capture.frames.count); }

@@ -96,22 +96,31 @@ struct DecimationSums {
   double volume_change() const; // as a fraction; 0 if there is no volume
 };
 
-struct Summary {
-  Plan plan;
-  uint64_t bytes = 0;
-  TrackBytes mesh;                  // all frames
-  TrackBytes delta;                 // of these the delta frames
-  std::vector<MeshOrigins> origins; // of each frame; filled with Options::verify
-  TrackBytes calibration;           // of cameras that move
-  TrackBytes background;
-  std::vector<TrackBytes> videos; // as Plan::tracks
-  std::vector<RateResult> rates;  // likewise; filled with Options::bit_rate
-  std::vector<TrackBytes> sounds; // as Plan::sounds
+// A mesh track with its visibility and colours.
+struct MeshSums {
+  TrackBytes mesh;    // all frames
+  TrackBytes delta;   // of these the delta frames
+  uint64_t faces = 0; // of all frames
   MeshChanges changes;
   DecimationSums decimation;
-  std::optional<Verdict> verdict; // with Options::verify
   VisibilitySums visibility;
   ColourSums colours;
+
+  uint64_t payload() const { return mesh.payload + visibility.bytes + colours.track.payload; }
+};
+
+// The sums that it has itself are those of the first rung's meshes.
+struct Summary : MeshSums {
+  Plan plan;
+  uint64_t bytes = 0;
+  std::vector<MeshSums> lower_meshes; // of Plan::meshes without the first one; nothing of those not sent
+  std::vector<std::vector<MeshOrigins>> origins; // of Plan::meshes, each frame; filled with Options::verify
+  TrackBytes calibration;                        // of cameras that move
+  TrackBytes background;
+  std::vector<TrackBytes> videos;         // as Plan::tracks
+  std::vector<RateResult> rates;          // likewise; filled with Options::bit_rate
+  std::vector<TrackBytes> sounds;         // as Plan::sounds
+  std::optional<Verdict> verdict;         // with Options::verify
   double seconds = 0;                     // from opening the capture to the last byte
   uint64_t mesh_reads = 0;                // of mesh files
   scene::PictureReads picture_reads = {}; // of picture and mask files
@@ -119,6 +128,9 @@ struct Summary {
 
   // Bits a second of the payload of a video track.
   double bit_rate(size_t track) const;
+  // Of Plan::meshes.
+  MeshSums &meshes(size_t track) { return track ? lower_meshes[track - 1] : *this; }
+  const MeshSums &meshes(size_t track) const { return track ? lower_meshes[track - 1] : *this; }
 };
 
 // output: the name of the stream, for people.

@@ -34,23 +34,29 @@ struct VideoVerdict {
 
   void add(const VideoVerdict &other);
 };
-struct Verdict {
-  size_t meshes = 0, cameras = 0;
-  std::vector<VideoVerdict> videos; // as Plan::tracks
+struct MeshTrackVerdict {
+  size_t meshes = 0, visible = 0; // frames with a mesh; with correct visibility
   MeshVerdict mesh;
+
+  void add(const MeshTrackVerdict &other);
+};
+// What it has itself is that of the first rung's meshes.
+struct Verdict : MeshTrackVerdict {
+  std::vector<MeshTrackVerdict> lower_meshes; // of Plan::meshes without the first one
+  size_t cameras = 0;
+  std::vector<VideoVerdict> videos; // as Plan::tracks
   // Pixels between a point's pixels in the capture's and the stream's camera; of cameras that stand still,
   // and of those that move.
   double max_reprojection = 0, moving_reprojection = 0;
-  size_t visible = 0;     // frames with correct visibility
   size_t backgrounds = 0; // groups for which a reader finds the capture's environment
   size_t sounds = 0;      // groups whose sound is that of the plan
 };
 
-// file was written by plan; origins: of each frame, unless there are no meshes. Throws
+// file was written by plan; origins: of each track of Plan::meshes and frame. Throws
 // Error, naming file and frame, when a frame is missing or does not decode, when a mesh is not that of
 // the source (verify_mesh.h), when a picture is more than 10 dB worse than the sample by which the quality
 // was judged, or not exact where it is lossless, when a camera projects elsewhere, when a bit is not what the
 // camera sees of the mesh that was read, when the environment is not the capture's (verify_background.h).
-Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins, const InputFile &file);
+Verdict verify(const Plan &plan, const std::vector<std::vector<MeshOrigins>> &origins, const InputFile &file);
 
 } // namespace fvv::mux

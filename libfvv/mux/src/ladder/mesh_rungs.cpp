@@ -1,0 +1,75 @@
+#include "mux/src/ladder/mesh_rungs.h"
+#include "fvv_cxx/error.h"
+#include "mux/src/choices.h"
+#include "mux/src/meshes.h"
+#include "mux/src/stream_writer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fvv::mux {
+
+namespace {
+
+// A pixel of the rung is that many times as large as one of the first rung, and so is the error.
+MeshTrack coarser(const Plan &plan, const Tiling &tiling, size_t rung) {
+  MeshTrack track;
+  track.rung = rung;
+  track.times = 1 / plan.rung_scale(rung);
+  track.sent = false;
+  ErrorBudget error = plan.error;
+  error.value *= track.times;
+  track.lattice = plan.lattice;
+  allow_error(track.lattice, error, plan.tracked);
+  Options options = plan.options;
+  // The error of a smooth surface falls as the area of its triangles does.
+  if (options.triangles)
+    options.triangles = uint32_t(std::max(1.0, std::round(options.triangles / track.times)));
+  track.decimation = choose_decimation(options, plan.capture, tiling, error, track.lattice, plan.normals);
+  return track;
+}
+
+} // namespace
+
+void add_mesh_rungs(Plan &plan, const Tiling &tiling) {
+  const bool forced = plan.options.mesh_ladder == MeshLadder::on;
+  if (plan.rung_count() < 2) {
+    if (forced) throw Error("--mesh-ladder on: expected --ladder", Error::usage);
+    return;
+  }
+  if (!plan.has_meshes())
+    plan.shares_meshes = "there are no meshes";
+  else if (plan.options.mesh_ladder == MeshLadder::off)
+    plan.shares_meshes = "as --mesh-ladder says";
+  uint16_t next = last_track + 1;
+  for (const VideoTrack &track : plan.tracks) next = std::max<uint16_t>(next, uint16_t(track.id + 1));
+  const bool wanted = plan.shares_meshes.empty();
+  for (size_t rung = 1; rung < plan.rung_count() && wanted; rung++) {
+    MeshTrack track = coarser(plan, tiling, rung);
+    if (!track.decimation.on) { // the errors of lower rungs are larger
+      plan.shares_meshes = track.decimation.reason;
+      continue;
+    }
+    track.geometry = std::make_shared<Geometry>(plan, track.decimation, tiling);
+    track.id = next++;
+    track.visibility = next++;
+    track.colours = next++;
+    plan.meshes.push_back(std::move(track));
+  }
+  if (forced && plan.meshes.size() < 2)
+    throw Error("--mesh-ladder on: no rung can have meshes of its own: " + plan.shares_meshes, Error::usage);
+}
+
+void settle_mesh_rungs(Plan &plan, const std::vector<uint64_t> &meshes,
+                       const std::vector<uint64_t> &pictures) {
+  size_t best = 0; // what the rung takes without meshes of its own
+  for (size_t k = 1; k < plan.meshes.size(); k++) {
+    MeshTrack &track = plan.meshes[k];
+    const double whole = double(pictures[track.rung]) + double(meshes[best]);
+    track.saving = whole > 0 ? (double(meshes[best]) - double(meshes[k])) / whole : 0;
+    track.sent = plan.options.mesh_ladder == MeshLadder::on || track.saving >= least_mesh_saving;
+    if (track.sent) best = k;
+  }
+}
+
+} // namespace fvv::mux
