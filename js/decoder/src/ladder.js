@@ -14,11 +14,12 @@ export function rungsOf({ tracks, videos }) {
       [...ranked, track].sort((a, b) => a.rank - b.rank),
     );
   }
-  const count = Math.max(1, ...Array.from(alternatives.values(), (ranked) => ranked.length));
-  return Array.from({ length: count }, (_, rung) => {
+  // The best of each; then a rung for each rank of another track. A group without a track of that rank gives the next better one.
+  const lower = Array.from(alternatives.values(), (ranked) => ranked.slice(1).map(({ rank }) => rank)).flat();
+  return [-1, ...new Set(lower.sort((a, b) => a - b))].map((rank, rung) => {
     const taken = tracks.filter((track) => {
       const ranked = alternatives.get(track.alternateGroup);
-      return !ranked || ranked[Math.min(rung, ranked.length - 1)] === track;
+      return !ranked || (ranked.findLast((one) => one.rank <= rank) ?? ranked[0]) === track;
     });
     const shown = videos.filter(({ track }) => taken.some(({ id }) => id === track));
     return {

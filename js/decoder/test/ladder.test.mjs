@@ -8,7 +8,7 @@ import { after, test } from "node:test";
 
 import { shapedProxy } from "../../../bench/network/shaped_proxy.mjs";
 import { serveFolder } from "../../testing/served.mjs";
-import { Chooser, LiveChooser, Throughput } from "../dist/ladder.js";
+import { Chooser, LiveChooser, Throughput, rungsOf } from "../dist/ladder.js";
 import { createDecoder } from "../dist/index.js";
 import { frameHashes, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve, WebSocket } from "./server.mjs";
@@ -191,6 +191,25 @@ test("over a link that breaks down every frame comes, in lower rungs", async () 
   assert.deepEqual(gaps, []);
   checkFrames(frames, rungs);
   assert.equal(frames.at(-1).rung, 2);
+});
+
+test("a rung without a track of its own takes that of the next better one", () => {
+  const track = (id, alternateGroup, rank) => ({ id, alternateGroup, rank, kind: "mesh", bitRate: 10 ** id, size: 0 });
+  const tracksOf = (...tracks) => rungsOf({ tracks, videos: [] }).map(({ tracks }) => tracks);
+  const [common, best, coarse] = [track(1, 0, 0), track(2, 9, 0), track(3, 9, 2)];
+  const videos = [track(4, 8, 0), track(5, 8, 1), track(6, 8, 2)];
+  assert.deepEqual(tracksOf(common, coarse, ...videos, best), [
+    [1, 4, 2],
+    [1, 5, 2],
+    [1, 3, 6],
+  ]);
+  assert.deepEqual(tracksOf(common, best, videos[1]), [[1, 2, 5]]); // a rung alone, whatever its ranks
+  assert.deepEqual(tracksOf(common), [[1]]);
+  assert.deepEqual(tracksOf(track(1, 9, 7), track(2, 9, 65535), track(3, 8, 0), track(4, 8, 1)), [
+    [1, 3],
+    [1, 4],
+    [2, 4],
+  ]);
 });
 
 // The rules by themselves.
