@@ -92,6 +92,12 @@ struct Shape {
   std::vector<std::array<uint32_t, 2>> sizes = {{64, 48}, {64, 48}, {64, 48}};
 };
 
+inline Shape with_masks() {
+  Shape shape;
+  shape.masks = true;
+  return shape;
+}
+
 inline scene::Camera camera_of(size_t k, uint32_t width, uint32_t height) {
   scene::Camera camera;
   fvv_camera &c = camera.calibration;

@@ -135,9 +135,7 @@ TEST_CASE("the sides of a frame are a limit too") {
 
 TEST_CASE("crops are spread the same way, each group with a layout of every track") {
   const Folder folder;
-  Shape shape;
-  shape.masks = true;
-  FileOptions options = spread(folder, shape);
+  FileOptions options = spread(folder, with_masks());
   options.crop = mux::Crop::automatic;
   options.background = mux::Background::flat;
   options.frame_limit->pixels = 3 * 48 * 48;

@@ -479,3 +479,33 @@ def test_exact_meshes_have_no_inset(rigs, tmp_path):
 def test_a_malformed_inset_is_refused(rigs, tmp_path, bad):
     done = run("fvvmux", rigs / "0", "-o", tmp_path / "x.fvv", f"--texture-inset={bad}", code=2)
     assert "--texture-inset: expected auto, off or a length above 0 such as 3mm" in done.stderr
+
+
+def test_a_rung_is_drawn_and_unpacked_as_if_the_stream_had_no_other(scene, tmp_path):
+    capture, _ = scene
+    stream, parts = tmp_path / "ladder.fvv", tmp_path / "parts"
+    packed = figures(
+        "fvvmux", capture, "-o", stream, "--ladder", "1,0.7,0.3", "--mesh-ladder", "on", "--segments", parts
+    )
+    rungs = json.loads((parts / "manifest.json").read_text())["rungs"]
+    assert not set.intersection(*(set(rung["tracks"]) for rung in rungs))
+    triangles, seen = [], set()
+    for number, rung in enumerate(rungs):
+        alone = tmp_path / f"{number}.fvv"
+        alone.write_bytes(
+            b"".join(
+                (parts / entry["file"]).read_bytes() for entry in [rung["configuration"], *rung["groups"]]
+            )
+        )
+        results = []
+        for path, option in (stream, ["--rung", number]), (alone, []):
+            out = tmp_path / f"{path.stem}-{number}"
+            drawn(path, f"{out}.png", "--pose", "1.5,1.6,3.2,0,1,0", "--frame", 1, *option)
+            run("fvvdemux", path, "-o", out, *option, code=0 if option else 3, warns=True)  # alone: no index
+            results.append(
+                [(tmp_path / f"{out.name}.png").read_bytes(), (out / "meshes/0001.ply").read_bytes()]
+            )
+        assert results[0] == results[1]
+        seen.update(results[0])
+        triangles.append(packed["ladder"][number]["meshes"]["triangles"])
+    assert len(seen) == 6 and triangles == sorted(triangles, reverse=True)

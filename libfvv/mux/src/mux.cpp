@@ -47,20 +47,21 @@ struct Group {
   std::vector<TrackGroup> videos; // of each video track
 };
 
-// Warns of a frame that lost pieces or thin parts. frame: its number in file names. Returns whether it did.
-bool warn_of_losses(const Plan &plan, const MeshTrack &track, int64_t frame, const decimate::Report &report) {
-  const std::string name = plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": " +
-                           (track.rung ? "rung " + std::to_string(track.rung) + ": " : "");
-  if (report.vanished.pieces)
-    plan.observer.warn(name + std::to_string(report.vanished.pieces) + " pieces of " +
-                       area_text(plan, report.vanished.area) + " together vanish in decimation");
-  if (report.thin_area > 0)
-    plan.observer.warn(name + area_text(plan, report.thin_area) + " of the surface are further off than " +
-                       budget_text(plan, decimate::max_over_rms * track.times) + " after decimation");
-  return report.vanished.pieces || report.thin_area > 0;
+// Warns of what lost pieces or thin parts: a frame, by its report, or a track, by its sums. times: the error.
+// Returns whether it did.
+template <class Losses>
+bool warn_of_losses(const Plan &plan, const std::string &name, double times, const Losses &losses) {
+  if (losses.vanished.pieces)
+    plan.observer.warn(name + ": " + std::to_string(losses.vanished.pieces) + " pieces of " +
+                       area_text(plan, losses.vanished.area) + " together vanish in decimation");
+  if (losses.thin_area > 0)
+    plan.observer.warn(name + ": " + area_text(plan, losses.thin_area) +
+                       " of the surface are further off than " +
+                       budget_text(plan, decimate::max_over_rms * times) + " after decimation");
+  return losses.vanished.pieces || losses.thin_area > 0;
 }
 
-// The same for what rounding to the lattice took away.
+// The same for what rounding to the lattice took away. frame: its number in file names.
 bool warn_of_vanished(const Plan &plan, const MeshTrack &track, int64_t frame, double share) {
   if (!(share > most_vanished)) return false;
   plan.observer.warn(plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": " +
@@ -141,6 +142,11 @@ public:
     summary.bytes = writer->finish();
     summary.sounds = writer->sounds();
     if (warn_of_rates(summary)) plan.warned = true;
+    for (size_t k = 1; k < plan.meshes.size(); k++) {
+      const MeshTrack &track = plan.meshes[k];
+      const std::string name = plan.capture.path + ": rung " + std::to_string(track.rung);
+      if (warn_of_losses(plan, name, track.times, summary.meshes(k).decimation)) plan.warned = true;
+    }
     if (plan.capture.mesh_cache) summary.mesh_reads = scene::mesh_reads(*plan.capture.mesh_cache);
     summary.picture_reads = plan.videos->reads();
     summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -345,7 +351,9 @@ private:
     if (warn_of_vanished(plan, of, number, mesh.vanished)) plan.warned = true;
     if (!mesh.decimation) return;
     sums.decimation.add(*mesh.decimation);
-    if (warn_of_losses(plan, of, number, *mesh.decimation)) plan.warned = true;
+    if (of.rung) return; // more is lost there: one warning for all frames
+    const std::string name = plan.capture.mesh_path(number) + ": frame " + std::to_string(number);
+    if (warn_of_losses(plan, name, 1, *mesh.decimation)) plan.warned = true;
   }
 
   void write_surfaces(size_t track, size_t frame, const VisibilityFrame &seen, const ColourFrame &colours) {

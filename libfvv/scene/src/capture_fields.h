@@ -18,6 +18,10 @@ Lattice read_lattice(const JsonValue &value);
 Background read_background(const JsonValue &value);
 // Exact seconds, of either sign: 2, "-3/2".
 Seconds read_seconds(const JsonValue &value);
+// The name of a file, not empty.
+std::string read_file_name(const JsonValue &value);
+// "stream" of an object that names a file; nothing if it has none.
+std::optional<uint32_t> read_stream(const JsonValue &object);
 // A pattern; without a number it names one file for all frames.
 Pattern read_pattern(const JsonValue &value);
 // The same, which needs a number when there are several frames.

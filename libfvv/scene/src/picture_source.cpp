@@ -53,6 +53,17 @@ std::optional<int64_t> Pattern::frame(std::string_view name) const {
   return number - offset;
 }
 
+std::string read_file_name(const JsonValue &value) {
+  const std::string name = value.text();
+  if (name.empty()) value.fail("expected a file name, found " + value.found());
+  return name;
+}
+
+std::optional<uint32_t> read_stream(const JsonValue &object) {
+  const auto stream = object.find("stream");
+  return stream ? std::optional<uint32_t>(uint32_t(stream->integer(0, UINT16_MAX))) : std::nullopt;
+}
+
 Seconds read_seconds(const JsonValue &value) {
   if (value.is_integer()) return {value.integer(-int64_t(UINT32_MAX), UINT32_MAX), 1};
   const std::string text = value.is_text() ? value.text() : "";
@@ -75,10 +86,8 @@ int read_rotation(const JsonValue &value) {
 VideoSource read_video(const JsonValue &value, const Frames &frames) {
   value.allow_keys({"video", "stream", "start", "rotate", "place"});
   VideoSource video;
-  const JsonValue file = value.at("video");
-  video.file = file.text();
-  if (video.file.empty()) file.fail("expected a file name, found " + file.found());
-  if (const auto stream = value.find("stream")) video.stream = uint32_t(stream->integer(0, UINT16_MAX));
+  video.file = read_file_name(value.at("video"));
+  video.stream = read_stream(value);
   if (const auto start = value.find("start")) video.start = read_seconds(*start);
   video.first = frames.first;
   return video;

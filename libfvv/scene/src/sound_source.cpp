@@ -36,10 +36,8 @@ std::map<int64_t, Place> read_positions(const JsonValue &value, const Frames &fr
 SoundSource read_sound(const JsonValue &value, const Frames &frames, double metres_per_unit) {
   value.allow_keys({"file", "stream", "offset", "title", "language", "position", "per_frame"});
   SoundSource out;
-  const JsonValue file = value.at("file");
-  out.file = file.text();
-  if (out.file.empty()) file.fail("expected a file name, found " + file.found());
-  if (const auto stream = value.find("stream")) out.stream = uint32_t(stream->integer(0, UINT16_MAX));
+  out.file = read_file_name(value.at("file"));
+  out.stream = read_stream(value);
   if (const auto offset = value.find("offset")) out.offset = read_seconds(*offset);
   out.first = frames.first;
   if (const auto title = value.find("title")) out.title = title->text();

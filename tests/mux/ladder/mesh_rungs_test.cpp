@@ -202,6 +202,43 @@ TEST_CASE("meshes of a rung's own can be forbidden and asked for, and need decim
   CHECK(run.err.find("--ladder") != std::string::npos);
 }
 
+TEST_CASE("what coarser meshes lose is one warning for each rung") {
+  const Folder folder;
+  FileOptions options = dense(folder, false);
+  const scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
+  for (int64_t i = 0; i < 5; i++) {
+    geometry::Mesh mesh = bumps(i, 48 + 2 * uint32_t(i));
+    const auto first = uint32_t(mesh.vertex_count());
+    const geometry::Mesh speck = ball(0);
+    for (size_t k = 0; k < speck.positions.size(); k++)
+      mesh.positions.push_back((k % 3 ? 0 : 0.8) + 0.01 * speck.positions[k]);
+    for (const uint32_t corner : speck.faces) mesh.faces.push_back(first + corner);
+    scene::write_mesh(mesh, {{0, 0, 0}, 1e-6}, capture.mesh_path(i));
+  }
+  options.max_error.reset();
+  options.triangles = 400;
+  size_t frames = 0, rungs = 0;
+  std::set<std::string> kinds_of_loss;
+  mux::Observer observer;
+  observer.on_warning = [&](const std::string &text) {
+    const std::string rung = capture.path + ": rung ";
+    if (text.find(rung) != 0) {
+      CHECK(text.find(": frame ") != std::string::npos);
+      frames++;
+      return;
+    }
+    rungs++;
+    const char *kind = text.find(" vanish in decimation") == std::string::npos ? " thin" : " vanish";
+    kinds_of_loss.insert(text.substr(rung.size(), 1) + kind);
+  };
+  const mux::Summary summary = mux::Muxer(options, observer).run([](const void *, size_t) {});
+  CHECK(summary.plan.warned);
+  CHECK(frames > 1); // of the first rung
+  CHECK(kinds_of_loss.count("1 vanish") == 1);
+  CHECK(kinds_of_loss.count("2 vanish") == 1);
+  CHECK(rungs == kinds_of_loss.size());
+}
+
 TEST_CASE("a number of triangles falls with the size") {
   const Folder folder;
   FileOptions options = dense(folder, false);

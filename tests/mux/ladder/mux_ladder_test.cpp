@@ -109,9 +109,7 @@ TEST_CASE("every codec has rungs") {
 
 TEST_CASE("each track of several has rungs of its own, with the same cameras") {
   const Folder folder;
-  Shape shape;
-  shape.masks = true;
-  FileOptions options = three_rungs(folder, shape);
+  FileOptions options = three_rungs(folder, with_masks());
   options.crop = mux::Crop::automatic;
   options.video_tracks = 2;
   const mux::Summary summary = mux_file(options);

@@ -75,6 +75,16 @@ mux::Plan plan_of(const FileOptions &options, Warnings &warnings) {
   return mux::make_plan(options, warnings.observer());
 }
 
+// Of a capture that deserves exactly this warning about a.wav.
+mux::Plan warned_plan(const FileOptions &options, const std::string &warning) {
+  Warnings warnings;
+  mux::Plan plan = plan_of(options, warnings);
+  CHECK(plan.warned);
+  CHECK(warnings.texts ==
+        std::vector<std::string>{options.capture + "/capture.json: audio: a.wav: " + warning});
+  return plan;
+}
+
 } // namespace
 
 TEST_CASE("sound is in the stream where it was in the capture, and comes back") {
@@ -224,36 +234,13 @@ TEST_CASE("sound that is dropped or cut is named") {
   const Folder folder;
   scene::Capture capture = with_sound(folder, "pcm_s16le", "a.wav");
   FileOptions options = sound_options(folder);
-  {
-    Warnings warnings;
-    const mux::Plan plan = plan_of(options, warnings);
-    CHECK(plan.warned);
-    REQUIRE(warnings.texts.size() == 1);
-    CHECK(warnings.texts[0] ==
-          options.capture +
-              "/capture.json: audio: a.wav: 0.25 s of sound before the first frame are not used");
-  }
+  warned_plan(options, "0.25 s of sound before the first frame are not used");
   capture.sounds[0].offset = {0, 1};
   scene::write_capture(capture, capture.path);
-  {
-    Warnings warnings;
-    plan_of(options, warnings);
-    REQUIRE(warnings.texts.size() == 1);
-    CHECK(warnings.texts[0] ==
-          options.capture +
-              "/capture.json: audio: a.wav: its sound goes on after the last frame and is cut there");
-  }
+  warned_plan(options, "its sound goes on after the last frame and is cut there");
   capture.sounds[0].offset = {5, 1};
   scene::write_capture(capture, capture.path);
-  {
-    Warnings warnings;
-    const mux::Plan plan = plan_of(options, warnings);
-    CHECK(plan.sounds.empty());
-    REQUIRE(warnings.texts.size() == 1);
-    CHECK(warnings.texts[0] ==
-          options.capture +
-              "/capture.json: audio: a.wav: has no sound at the time of the frames and is left out");
-  }
+  CHECK(warned_plan(options, "has no sound at the time of the frames and is left out").sounds.empty());
   // It begins within the capture: nothing is lost, and its time is kept.
   capture.sounds[0].offset = {-1, 2};
   scene::write_capture(capture, capture.path);
