@@ -88,7 +88,7 @@ export async function serve(files, results = () => {}, folders = {}) {
     }
   });
   new WebSocketServer({ server }).on("connection", (socket, request) => {
-    const { head, groups } = messagesOf(files[request.url.split("/").at(-1)]);
+    const { head, groups } = messagesOf(files[new URL(request.url, "http://x").pathname.split("/").at(-1)]);
     for (const part of [head, ...groups.flat()]) socket.send(part);
     socket.send('{"type":"end"}');
     socket.close(1000);
