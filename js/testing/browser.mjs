@@ -1,5 +1,5 @@
 // Browsers for tests that draw WebGL 2 without a GPU: headless Chromium, and Firefox on a virtual screen, because it has no
-// headless WebGL. Chromium plays sound without a device; Firefox gets one that nobody hears. FVV_CHROMIUM, FVV_FIREFOX: paths
+// headless WebGL. Chromium plays sound without a device; Firefox gets one that is silent. FVV_CHROMIUM, FVV_FIREFOX: paths
 // of programs, if not in PATH.
 
 import { spawn, spawnSync } from "node:child_process";
@@ -66,7 +66,7 @@ async function openScreen() {
 export const missingSound = (name) =>
   kinds[name].device && absent("pulseaudio", "--version") ? "no pulseaudio installed" : false;
 
-/** A sound device that nobody hears, with a server of its own: {env, close}. */
+/** A silent sound device, with a server of its own: {env, close}. */
 async function openDevice() {
   const folder = mkdtempSync(join(tmpdir(), "fvv-device-"));
   const socket = join(folder, "native");

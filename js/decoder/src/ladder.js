@@ -162,7 +162,7 @@ export class LiveChooser {
     this.#arrivals.push({ now, delay, bits: 8 * bytes });
     while (this.#arrivals[0].now < now - 2 * INTERVAL) this.#arrivals.shift();
   }
-  /** Times of the stream begin anew. */
+  /** The times of another stream follow. */
   restart() {
     this.#arrivals = [];
     this.#since = null;

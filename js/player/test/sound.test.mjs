@@ -106,7 +106,9 @@ for (const name of ["chromium", "firefox"])
       assert.ok(seen.length >= 4, `${seen.length} of them seen`);
       // Without a GPU a busy machine skips refreshes of the screen: bench.py measures this without other programs.
       assert.ok(median(seen.map(Math.abs)) < 60, `offsets ${seen}`);
-      const errors = claps.map(([, position]) => 1000 * Math.min(...CLAPS.map((clap) => Math.abs(position - clap / 25))));
+      const errors = claps.map(
+        ([, position]) => 1000 * Math.min(...CLAPS.map((clap) => Math.abs(position - clap / 25))),
+      );
       t.diagnostic(`errors of the clock, ms: ${errors.map((x) => x.toFixed(1)).join(", ")}`);
       assert.ok(median(errors) < 20, `errors of the clock ${errors}`);
     });
