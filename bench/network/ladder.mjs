@@ -1,6 +1,8 @@
 // Plays a stream with a ladder over a link whose rate changes: node ladder.mjs FILE. Prints stalls and quality as JSON, beside
 // each rung alone and beside an oracle that knows the link. Time is real: a minute for each line.
 
+import { openAsBlob } from "node:fs";
+
 import { createDecoder } from "../../js/decoder/dist/index.js";
 import { serve } from "../../js/decoder/test/server.mjs";
 import { shapedProxy } from "./shaped_proxy.mjs";
@@ -118,6 +120,14 @@ function oracle({ rungs, groups, duration }) {
   return Math.max(...states.map(({ sum }) => sum)) / groups.length;
 }
 
+/** The first line would else wait for code to be compiled. */
+async function warmUp() {
+  const decoder = await createDecoder({ source: await openAsBlob(file) });
+  (await decoder.next()).close();
+  decoder.close();
+}
+
+await warmUp();
 const auto = await play("auto");
 const { rungs } = auto.table;
 const utility = utilityOf(rungs);

@@ -154,13 +154,14 @@ export class Playback {
     const [source, session, index] = [this.#source, this.#session, this.#index];
     const first = index.groups?.[0];
     if (!first || source.inParts !== true || session.indexState !== 1) return;
-    // The response stays open: the frames of a stream without a ladder follow.
+    // The bytes after it are the first frames.
     if (!source.frugal) index.keep(0, await source.read(0, first.offset));
     if (!(await index.satisfied(() => session.play(0)))) return;
     this.#setRungs(session.configuration());
     if (this.#rungs.length < 2) return;
     source.frugal = true;
-    source.leave();
+    // The table of the group and the bytes of its first picture come at the same time.
+    source.lead();
     this.#lookAhead();
   }
   #lookAhead() {
@@ -361,7 +362,6 @@ export class Playback {
     const [session, ahead, index] = [this.#session, this.#ahead, this.#index];
     const { reads } = index;
     state.at = null;
-    this.#source.leave();
     if (!ahead.running) ahead.start(group, signal);
     const coming = await ahead.take(group);
     if (!coming || signal?.aborted) return null;

@@ -128,6 +128,27 @@ test("over Range only the chunks of a rung are read", async () => {
   assert.ok(bytes[0] >= bytes[1] && bytes[1] > bytes[2], String(bytes));
 });
 
+test("the first picture of a ladder takes no more round trips than that of one quality", async () => {
+  const roundTripMs = 300;
+  const one = join(clips.ladder, "..", "one.fvv");
+  tool("fvvmux", join(clips.ladder, "..", "slow"), "-o", one, "--max-error", "0.03", "--group", "1", "--crop", "none");
+  clips.one = one;
+  const trips = async (clip) => {
+    const proxy = await shapedProxy(Number(new URL(server.url).port), { bitsPerSecond: 1e9, roundTripMs });
+    const began = performance.now();
+    const decoder = await createDecoder({ source: `http://127.0.0.1:${proxy.port}/range/${clip}` });
+    const frame = await decoder.next();
+    const ms = performance.now() - began;
+    assert.equal(frame.samples.length, 1);
+    decoder.close();
+    proxy.close();
+    return ms / roundTripMs;
+  };
+  await trips("one"); // code is compiled
+  const [single, ladder] = [await trips("one"), await trips("ladder")];
+  assert.ok(ladder < single + 0.6, `${ladder.toFixed(2)} and ${single.toFixed(2)} round trips`);
+});
+
 test("auto begins with the lowest rung and goes up; a change takes a whole group and costs no frame", async () => {
   const { frames, changes, rungs, gaps } = await play({ source: url });
   assert.equal(frames.length, count);

@@ -46,9 +46,9 @@ export async function serve(files, results = () => {}, folders = {}) {
     const bytes = contentOf(files[name]);
     const count = (counts.get(request.url) ?? 0) + 1;
     counts.set(request.url, count);
-    const etag = behaviour === "changing" && count > 2 ? '"b"' : '"a"';
+    const etag = behaviour === "changing" && count > 3 ? '"b"' : '"a"';
     const range =
-      behaviour === "whole" || (behaviour === "unranged" && count > 2) ? null : rangeOf(request, bytes.length);
+      behaviour === "whole" || (behaviour === "unranged" && count > 3) ? null : rangeOf(request, bytes.length);
     if (behaviour === "gzip") {
       response.writeHead(200, { "Content-Encoding": "gzip", ETag: etag });
       return response.end(gzipSync(bytes));
@@ -57,7 +57,7 @@ export async function serve(files, results = () => {}, folders = {}) {
       response.writeHead(200, { "Content-Length": bytes.length, ETag: etag });
       return response.end(bytes);
     }
-    const total = behaviour === "wrong" || (behaviour === "growing" && count === 3) ? bytes.length + 5 : bytes.length;
+    const total = behaviour === "wrong" || (behaviour === "growing" && count === 4) ? bytes.length + 5 : bytes.length;
     response.writeHead(206, { "Content-Range": `bytes ${range.from}-${range.to - 1}/${total}`, ETag: etag });
     response.end(bytes.subarray(range.from, range.to));
   };

@@ -54,8 +54,10 @@ export class RangeFetcher {
       return { rung, leftOut, ranges, parts, size: bytes };
     });
   }
-  fetch({ parts, ranges }, signal) {
-    return parts.fetch(ranges, signal);
+  async *fetch({ parts, ranges }, signal) {
+    yield* parts.fetch(ranges, signal);
+    // The response of the beginning is worth its bytes for the first group only.
+    this.#source.leave();
   }
 }
 

@@ -2,7 +2,9 @@
 //   stream(from, signal)       async iterator of Uint8Array from an offset to the end
 //   size, read(offset, size)   only if it can be read at any offset
 //   part(from, end, signal)    only if reading less is worth more requests, as long as inParts is true: as stream, up to
-//                              byte end - 1; call leave() before; frugal is set by the caller who begins with part
+//                              byte end - 1; frugal is set by the caller who begins with part. The first bytes were
+//                              requested when the source was opened, lead() asks for more; they serve near parts,
+//                              too, until leave() ends this
 //   front, rewinds, complete   of a single response: bytes that have arrived, whether they can all be read again (then
 //                              stream begins anywhere up to front), and whether the response is complete
 //   holds(from, end)           whether bytes need no network; without this method no bytes need it
@@ -72,6 +74,8 @@ class Stream {
 
 /** Enough for the index of a hundred groups. The first picture has to wait for these bytes. */
 const SUFFIX = 1 << 13;
+/** First bytes, requested at the same time: enough for the configuration of fifty cameras. */
+const FRONT = 1 << 14;
 /** The cost of a round trip of 40 ms at 8 Mbit/s: fewer bytes are fetched again rather than split over two requests. */
 export const ROUND_TRIP_BYTES = 40000;
 
@@ -96,7 +100,71 @@ function noRange(url, why) {
   return FvvError.warning("no-range", `${url} is read from front to back: ${why}`);
 }
 
-/** A host that supports Range. The first request begins at byte 0 and continues into the frames that are played. */
+/** The bytes from 0 on, as they come. Several readers may wait for the same ones. */
+class Beginning {
+  #bodies = []; // in order, each with the promise of its next piece
+  #abort;
+  #pieces = [];
+  length = 0;
+
+  constructor(abort) {
+    this.#abort = abort;
+  }
+  get signal() {
+    return this.#abort.signal;
+  }
+  stop() {
+    this.#abort.abort();
+  }
+  /** The bytes after those that are requested already. */
+  extend(body) {
+    this.#bodies.push(this.#next({ body }));
+  }
+  #next(one) {
+    one.piece = one.body.next();
+    // Who waits for it reports the error.
+    one.piece.catch(() => {});
+    return one;
+  }
+  /** Waits for that many bytes; false: fewer were requested. */
+  async has(size) {
+    while (this.length < size) {
+      const [one] = this.#bodies;
+      if (!one) return false;
+      const { piece } = one;
+      const { done, value } = await piece;
+      if (one.piece !== piece) continue; // another reader has taken it
+      if (done) {
+        one.piece = null;
+        this.#bodies.shift();
+      } else {
+        this.#next(one);
+        this.#pieces.push(value);
+        this.length += value.length;
+      }
+    }
+    return true;
+  }
+  /** Bytes from an offset on that have come, up to end at most. */
+  take(at, end) {
+    let first = 0;
+    for (const piece of this.#pieces) {
+      if (at < first + piece.length) return piece.subarray(at - first, end - first);
+      first += piece.length;
+    }
+    return new Uint8Array(0);
+  }
+  async front(size) {
+    await this.has(size);
+    return new Uint8Array(await new Blob(this.#pieces).arrayBuffer()).subarray(0, size);
+  }
+  /** All of it, once: pieces are not kept. */
+  async *all() {
+    while (this.#pieces.length || (await this.has(this.length + 1))) yield this.#pieces.shift();
+  }
+}
+
+/** A host that supports Range. The first bytes are requested together with the last ones. */
 class Ranges {
   #url;
   #init;
@@ -104,11 +172,13 @@ class Ranges {
   #suffix;
   #warn;
   #cache;
-  #head = null; // the open response that begins at byte 0
+  #head; // Beginning; null: it is over
+  #asked; // up to here
   #ignoresRange = false;
-  requests = 1;
+  requests = 2;
 
-  constructor(url, init, size, etag, suffix, { warn, cache }) {
+  /** head: {response, abort}, the promise of a response to a request for the first FRONT bytes. */
+  constructor(url, init, size, etag, suffix, head, { warn, cache }) {
     this.#url = url;
     this.#init = init;
     this.#etag = etag;
@@ -117,6 +187,10 @@ class Ranges {
     this.#cache = cache;
     this.size = size;
     this.bytesRead = suffix.length;
+    this.#asked = Math.min(FRONT, this.#suffixAt);
+    this.#head = new Beginning(head.abort);
+    if (this.#asked > 0) this.#head.extend(this.#answered(head.response, 0, this.#asked));
+    else this.leave();
   }
   /** From a host that returns the whole file a part is requested only once. */
   get inParts() {
@@ -129,7 +203,13 @@ class Ranges {
   async #fetch(from, end, signal) {
     this.requests++;
     const headers = { ...this.#init.headers, Range: `bytes=${from}-${end - 1}` };
-    const response = await request(this.#url, { ...this.#init, headers, signal });
+    return this.#checked(await request(this.#url, { ...this.#init, headers, signal }), from);
+  }
+  async *#answered(response, from, end) {
+    yield* this.#wanted(this.#checked(await response, from), from, end);
+  }
+  /** Throws unless these are bytes of the same file from there on, or all of it. */
+  #checked(response, from) {
     if (response.status !== 206 && response.status !== 200) throw failed(this.#url, response);
     const etag = response.headers.get("etag");
     const range = /^bytes (\d+)-\d+\/(\d+|\*)$/.exec(response.headers.get("content-range") ?? "");
@@ -165,6 +245,28 @@ class Ranges {
     }
   }
   async *part(from, end, signal) {
+    const head = this.#head;
+    let at = from;
+    if (head && from - head.length <= ROUND_TRIP_BYTES) {
+      const stop = () => this.leave();
+      signal?.addEventListener("abort", stop, { once: true });
+      try {
+        if (from <= this.#asked) this.#ask(end);
+        while (at < end && (await head.has(at + 1))) {
+          const piece = head.take(at, end);
+          at += piece.length;
+          yield piece;
+        }
+      } catch {
+        // What is missing is requested again.
+        this.leave();
+      } finally {
+        signal?.removeEventListener("abort", stop);
+      }
+    }
+    yield* this.#pieces(at, end, signal);
+  }
+  async *#pieces(from, end, signal) {
     let reused = false;
     for (let at = from; at < end;) {
       // The beginning of the suffix can change meanwhile.
@@ -186,41 +288,43 @@ class Ranges {
       reused = kept !== null;
     }
   }
-  /** The first bytes, at least size; their response stays open for stream. */
-  async #beginning(size) {
-    const abort = new AbortController();
-    this.#head ??= { abort, body: this.part(0, this.size, abort.signal), pieces: [], length: 0 };
-    const head = this.#head;
-    while (head.length < size) {
-      const { done, value } = await head.body.next();
-      if (done) break;
-      head.pieces.push(value);
-      head.length += value.length;
-    }
-    return new Uint8Array(await new Blob(head.pieces).arrayBuffer());
+  /** Asks for the bytes from the last that were requested up to end, if there are more. */
+  #ask(end) {
+    const until = Math.min(end, this.size);
+    if (this.#asked >= until) return;
+    this.#head.extend(this.#pieces(this.#asked, until, this.#head.signal));
+    this.#asked = until;
   }
   async read(offset, size) {
-    if (offset === 0 && !this.frugal) return (await this.#beginning(size)).subarray(0, size);
+    if (offset === 0 && !this.frugal && this.#head) {
+      // Bytes that are missing come together with what follows them.
+      if (this.#asked < size) this.#ask(this.size);
+      return this.#head.front(size);
+    }
     const pieces = [];
     for await (const piece of this.part(offset, offset + size)) pieces.push(piece);
     return new Uint8Array(await new Blob(pieces).arrayBuffer());
   }
-  /** Aborts the request of beginning. */
+  /** Begins to fetch as many bytes more as come during a round trip, for parts that are requested after it. */
+  lead() {
+    if (this.#head) this.#ask(this.#asked + ROUND_TRIP_BYTES);
+  }
+  /** Ends what began at byte 0. */
   leave() {
-    this.#head?.abort.abort();
+    this.#head?.stop();
     this.#head = null;
   }
   async *stream(from, signal) {
     const head = this.#head;
-    if (from > 0) this.leave();
-    this.#head = null;
-    if (!head || from > 0) {
-      yield* this.part(from, this.size, signal);
+    if (from > 0 || !head) {
+      this.leave();
+      yield* this.#pieces(from, this.size, signal);
       return;
     }
-    signal?.addEventListener("abort", () => head.abort.abort());
-    yield* head.pieces;
-    yield* head.body;
+    this.#ask(this.size);
+    this.#head = null;
+    signal?.addEventListener("abort", () => head.stop());
+    yield* head.all();
   }
 
   divide(offsets) {
@@ -322,18 +426,24 @@ class Download {
 /** warn(error). cache: for received bytes. seekable false: a single request, and nothing is kept. */
 async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
   const abort = new AbortController();
+  const head = { abort: new AbortController() };
   const whole = async () => {
+    head.abort.abort();
     const response = await fetch(url, { ...init, signal: abort.signal });
     if (!response.ok) throw failed(url, response);
     return new Download(response, abort, { cache, rewinds: seekable });
   };
   if (!seekable) return whole();
-  const headers = { ...init.headers, Range: `bytes=-${SUFFIX}` };
-  const response = await fetch(url, { ...init, headers, signal: abort.signal });
+  const ask = (range, { signal }) => request(url, { ...init, headers: { ...init.headers, Range: range }, signal });
+  const suffixAsked = ask(`bytes=-${SUFFIX}`, abort);
+  head.response = ask(`bytes=0-${FRONT - 1}`, head.abort);
+  head.response.catch(() => {}); // if nothing is read of it
+  const response = await suffixAsked;
   if (response.status === 416) return whole();
   if (!response.ok) throw failed(url, response);
   const cannot = (why) => warn(noRange(url, why));
   if (response.status !== 206) {
+    head.abort.abort();
     cannot(`the server responds ${response.status} to a request for a range`);
     return new Download(response, abort, { cache, rewinds: true });
   }
@@ -352,7 +462,7 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
     cannot(why);
     return whole();
   }
-  return new Ranges(url, init, size, response.headers.get("etag"), suffix, { warn, cache });
+  return new Ranges(url, init, size, response.headers.get("etag"), suffix, head, { warn, cache });
 }
 
 /**
