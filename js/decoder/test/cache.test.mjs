@@ -138,10 +138,7 @@ for (const [path, requests] of [
     const first = await decoder.stats();
     assert.equal(first.requests, requests);
     assert.deepEqual([first.cacheHits, first.bytesReused], [0, 0]);
-    assert.ok(
-      first.cachedBytes > 0.5 * size && first.cachedBytes < 2 * size,
-      `${first.cachedBytes} of ${size} bytes`,
-    );
+    assert.ok(first.cachedBytes > 0.5 * size && first.cachedBytes < 2 * size, `${first.cachedBytes} of ${size} bytes`);
     assert.deepEqual(await decoder.buffered(), span(decoder.groups));
     const again = await requestsOf(async () => {
       for (let round = 0; round < 2; round++) assert.deepEqual(await from(decoder, { frame: 0 }), expected);
