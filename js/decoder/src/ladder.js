@@ -63,7 +63,11 @@ export class Throughput {
 
 /** Of the throughput, that may be used. */
 const SAFETY = 0.85;
-/** BOLA takes over at this many seconds, and is left below the second number. */
+/** Round trips and what a computer does for a request: a transfer of up to this many times its latency is held up by them. */
+const HELD_UP = 3;
+/** Of the buffer, that a group may take to arrive whose rung is tried. */
+const TRIED = 0.5;
+/** BOLA takes over at this many seconds if it chooses nothing worse, as in the second paper, and is left below the second number. */
 const BOLA_FROM = 6;
 const BOLA_UNTIL = 3;
 /** Seconds of buffer at which BOLA takes the lowest rung. */
@@ -72,6 +76,9 @@ const BOLA_LOWEST = 2;
 export class Chooser {
   #throughput = new Throughput();
   #byBuffer = false;
+  #isHeldUp = false; // the last group, by round trips
+  #beginning = () => {}; // what was measured before the first choice
+  #hasChosen = false;
   /** Seconds that are read ahead, at which BOLA takes the best rung. */
   target;
 
@@ -81,8 +88,18 @@ export class Chooser {
   get throughput() {
     return this.#throughput.value;
   }
-  measured(bytes, seconds) {
-    this.#throughput.add(bytes, seconds);
+  /**
+   * bytes that came in seconds; latency: those of them that round trips alone take. Small parts of a file say little of a
+   * fast network.
+   */
+  measured(bytes, seconds, latency = 0) {
+    this.#isHeldUp = seconds < HELD_UP * latency;
+    if (!this.#isHeldUp || (8 * bytes) / seconds > this.throughput) this.#throughput.add(bytes, seconds);
+  }
+  /** The same of the first bytes of a stream: however fast they come, it begins with the lowest rung. */
+  began(bytes, seconds) {
+    if (this.#hasChosen) this.measured(bytes, seconds);
+    else this.#beginning = () => this.measured(bytes, seconds);
   }
 
   /**
@@ -91,18 +108,24 @@ export class Chooser {
    */
   choose({ bits, seconds, buffer, best = 0 }) {
     const lowest = bits.length - 1;
-    const affordable = this.#affordable(bits, seconds);
+    const affordable = this.#affordable(bits, seconds, buffer);
+    if (!this.#hasChosen) this.#beginning();
+    this.#hasChosen = true;
     if (affordable === null) return { rung: lowest, reason: "start" };
-    this.#byBuffer = this.#byBuffer ? buffer >= BOLA_UNTIL : buffer >= BOLA_FROM;
-    const rung = this.#byBuffer ? this.#bola(bits, buffer) : affordable;
+    const full = this.#bola(bits, buffer);
+    this.#byBuffer = this.#byBuffer ? buffer >= BOLA_UNTIL : buffer >= BOLA_FROM && full <= affordable;
+    const rung = this.#byBuffer ? full : affordable;
     return { rung: Math.max(best, rung), reason: this.#byBuffer ? "buffer" : "throughput" };
   }
   /** The best rung that arrives as fast as it is played; null: the throughput is not known. */
-  #affordable(bits, seconds) {
+  #affordable(bits, seconds, buffer) {
     const { value } = this.#throughput;
     if (value === null) return null;
     const found = bits.findIndex((size) => size / seconds <= SAFETY * value);
-    return found < 0 ? bits.length - 1 : found;
+    const rung = found < 0 ? bits.length - 1 : found;
+    // The network may carry more than was measured: a better rung shows it, if the buffer lasts.
+    const isTried = this.#isHeldUp && rung > 0 && bits[rung - 1] / value <= TRIED * buffer;
+    return isTried ? rung - 1 : rung;
   }
   /** The rung with the most utility for each bit, less what the buffer lacks: V (v + g) - Q over S, as in the paper. */
   #bola(bits, buffer) {

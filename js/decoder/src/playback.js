@@ -161,7 +161,9 @@ export class Playback {
     if (this.#rungs.length < 2) return;
     source.frugal = true;
     // The table of the group and the bytes of its first picture come at the same time.
-    source.lead();
+    const began = performance.now();
+    const measured = (bytes) => this.#chooser.began(bytes, (performance.now() - began) / 1000);
+    source.lead().then(measured, () => {}); // who reads them reports the error
     this.#lookAhead();
   }
   #lookAhead() {

@@ -250,6 +250,29 @@ test("throughput decides while little is buffered", () => {
   assert.deepEqual(at(0.1, 1), { rung: 2, reason: "throughput" });
 });
 
+test("what round trips hold up says little, the beginning counts from the second choice on", () => {
+  const chooser = new Chooser();
+  chooser.began(80000, 0.04); // 16 Mbit/s
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 0 }).reason, "start");
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 1 }).rung, 0);
+  for (let i = 0; i < 20; i++) chooser.measured(15000, 0.4, 0.2); // 0.3 Mbit/s in small parts
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 1 }).rung, 0);
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 7 }).rung, 0); // where BOLA alone takes rung 1
+  chooser.measured(30000, 4, 0.2); // much longer than for round trips: the network is slow now
+  chooser.measured(30000, 4, 0.2);
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 1 }).rung, 2);
+});
+
+test("a better rung is tried while round trips hold up the measured one, if the buffer lasts", () => {
+  const chooser = new Chooser();
+  chooser.measured(125000, 0.4, 0.2); // 2.5 Mbit/s at least
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 1 }).rung, 1);
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 5 }).rung, 1); // 8 Mbit would take 3.2 s
+  assert.equal(chooser.choose({ bits: [4e6, 2e6, 5e5], seconds: 1, buffer: 5 }).rung, 0); // and 4 Mbit 1.6 s
+  chooser.measured(1250000, 4, 0.2); // 2.5 Mbit/s, and no more
+  assert.equal(chooser.choose({ bits: [4e6, 2e6, 5e5], seconds: 1, buffer: 5 }).rung, 1);
+});
+
 test("the more is buffered, the better is BOLA's choice, whatever the throughput", () => {
   const chosen = [6, 7, 8, 9, 10, 11, 12].map((buffer) => at(0.1, buffer).rung);
   assert.deepEqual(

@@ -1,7 +1,7 @@
 // Groups of a stream with a ladder, fetched ahead of playback: each in the rung that suits the network by then.
 
 import { CHUNK_HEADER_SIZE, tableOfGroup } from "../chunks.js";
-import { Parts } from "./parts.js";
+import { CONCURRENT, Parts } from "./parts.js";
 
 /** Bytes that are held for groups that are not played yet. */
 const BYTES_MAX = 32 * 2 ** 20;
@@ -36,6 +36,11 @@ export class RangeFetcher {
   }
   get bytesRead() {
     return this.#source.bytesRead ?? 0;
+  }
+  /** Seconds that all requests so far take if only their round trips count. */
+  get latency() {
+    const { roundTrip = 0, requests = 0 } = this.#source;
+    return (roundTrip * requests) / CONCURRENT;
   }
 
   async plans(i, signal) {
@@ -212,7 +217,9 @@ export class Ahead {
     this.#changed.raise();
     const began = now();
     const before = this.#fetcher.bytesRead;
+    const latency = this.#fetcher.latency;
     const { chooser } = this.#ladder;
+    const measured = (bytes, seconds) => chooser.measured(bytes, seconds, this.#fetcher.latency - latency);
     try {
       let arrived = 0;
       for await (const bytes of this.#fetcher.fetch(coming, coming.abort.signal)) {
@@ -222,12 +229,12 @@ export class Ahead {
         // What has come so far says more of a network that breaks down than what was measured before.
         const throughput = seconds > 0.3 ? (8 * network) / seconds : chooser.throughput;
         if (late(8 * Math.max(0, plan.size - arrived), throughput)) {
-          chooser.measured(network, seconds);
+          measured(network, seconds);
           coming.abort.abort();
           return false;
         }
       }
-      chooser.measured(this.#fetcher.bytesRead - before, now() - began);
+      measured(this.#fetcher.bytesRead - before, now() - began);
       coming.end();
     } catch (error) {
       if (!signal.aborted) coming.end(error);

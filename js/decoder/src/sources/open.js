@@ -176,6 +176,7 @@ class Ranges {
   #asked; // up to here
   #ignoresRange = false;
   requests = 2;
+  roundTrip = 0; // seconds, the least; 0: not known
 
   /** head: {response, abort}, the promise of a response to a request for the first FRONT bytes. */
   constructor(url, init, size, etag, suffix, head, { warn, cache }) {
@@ -203,7 +204,10 @@ class Ranges {
   async #fetch(from, end, signal) {
     this.requests++;
     const headers = { ...this.#init.headers, Range: `bytes=${from}-${end - 1}` };
-    return this.#checked(await request(this.#url, { ...this.#init, headers, signal }), from);
+    const began = performance.now();
+    const response = await request(this.#url, { ...this.#init, headers, signal });
+    this.roundTrip = Math.min(this.roundTrip || Infinity, (performance.now() - began) / 1000);
+    return this.#checked(response, from);
   }
   async *#answered(response, from, end) {
     yield* this.#wanted(this.#checked(await response, from), from, end);
@@ -305,9 +309,17 @@ class Ranges {
     for await (const piece of this.part(offset, offset + size)) pieces.push(piece);
     return new Uint8Array(await new Blob(pieces).arrayBuffer());
   }
-  /** Begins to fetch as many bytes more as come during a round trip, for parts that are requested after it. */
-  lead() {
-    if (this.#head) this.#ask(this.#asked + ROUND_TRIP_BYTES);
+  /**
+   * Begins to fetch as many bytes more as come during a round trip, for parts that are requested after it. Returns how many
+   * came, when they are there.
+   */
+  async lead() {
+    const head = this.#head;
+    if (!head) return 0;
+    const from = this.#asked;
+    this.#ask(from + ROUND_TRIP_BYTES);
+    const end = this.#asked;
+    return (await head.has(end)) ? end - from : 0;
   }
   /** Ends what began at byte 0. */
   leave() {

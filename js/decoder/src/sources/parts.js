@@ -4,9 +4,9 @@ import { GROUP_SIZE } from "../chunks.js";
 import { ROUND_TRIP_BYTES } from "./open.js";
 
 /** Concurrent requests; browsers allow six per host with HTTP/1.1. */
-const AHEAD = 6;
+export const CONCURRENT = 6;
 /** Chunks that are no farther apart are fetched together. Concurrent requests share a round trip. */
-const NEAR = Math.floor(ROUND_TRIP_BYTES / AHEAD);
+const NEAR = Math.floor(ROUND_TRIP_BYTES / CONCURRENT);
 /** Outstanding bytes at which no further request is made: they would delay the bytes that are needed first. */
 const WINDOW_FIRST = ROUND_TRIP_BYTES;
 const WINDOW = 2 * ROUND_TRIP_BYTES;
@@ -154,7 +154,7 @@ export class Parts {
   #ask(wanted, parts, i, signal) {
     const window = i === 0 ? WINDOW_FIRST : WINDOW;
     let outstanding = parts.slice(i).reduce((sum, part) => sum + part.outstanding, 0);
-    while (parts.length < Math.min(wanted.length, i + AHEAD) && (parts.length === i || outstanding < window)) {
+    while (parts.length < Math.min(wanted.length, i + CONCURRENT) && (parts.length === i || outstanding < window)) {
       const part = new Part(this.#source, wanted[parts.length], signal);
       outstanding += part.outstanding;
       parts.push(part);
