@@ -100,28 +100,29 @@ def text_budgets(results):
     def knees(what):
         return " and ".join(f"{f[f'knee_{what}']:g} px ({m})" for m, f in found.items())
 
-    def saved(meshes, error):
-        rows = found[meshes]["rows"]
-        other = next(r for r in rows if r["max_error"] == error)
-        return 100 * (1 - other["all_bytes"] / row[meshes]["all_bytes"])
-
     lines.append(
         f"**The largest budget that loses at most {LOSS:g} dB is {knees('inside')} inside the silhouette, "
         f"{knees('box')} over the box; flicker stays within 2 % up to {knees('flicker')}.** "
     )
-    largest = max(f["knee_box"] for f in found.values()), min(f["knee_box"] for f in found.values())
     lines.append(
-        f"The default of {DEFAULT:g} px is on the safe side of it: at {largest[1]:g} px the stream would be "
-        + " and ".join(f"{saved(m, largest[1]):.0f} % ({m})" for m in found)
-        + f" smaller. It loses {' and '.join(loss_at(f, row[m]) for m, f in found.items())} dB inside against the best budget, "
-        "and keeps outlines of a close viewer, which these views at the size of the cameras do not show. "
-        "This chart therefore allows the default, but does not need it."
+        f"The default of {DEFAULT:g} px loses {' and '.join(f'{loss_at(f, row[m])} dB ({m})' for m, f in found.items())} inside "
+        "against the best budget. " + " ".join(verdict(m, f) for m, f in found.items())
     )
     return "\n".join(lines)
 
 
 def loss_at(found, row):
     return f"{max(r['psnr_inside_db'] for r in found['rows']) - row['psnr_inside_db']:.2f}"
+
+
+def verdict(meshes, found):
+    """Whether the knee inside the silhouette justifies the default, in a sentence."""
+    knee = found["knee_inside"]
+    if knee == DEFAULT:
+        return f"With {meshes} meshes the default is the knee."
+    if knee > DEFAULT:
+        return f"With {meshes} meshes a larger budget, {knee:g} px, would do."
+    return f"With {meshes} meshes this chart does not justify the default: it is coarser than the knee, {knee:g} px."
 
 
 def paper_capture(source):
@@ -226,8 +227,7 @@ def text_sizes(results):
             f"**With its defaults fvv takes {paper['all_bytes'] / default['all_bytes']:.0f} times fewer bytes than the encoding of WHP 235 "
             f"of the same clip, and the view from between the cameras is {better:+.1f} dB inside its silhouette ({box:+.1f} dB over "
             "the box).** The paper's own clip is another scene; only its size is comparable (7 cameras of 480x270, "
-            "35,000 triangles, 50 frames). Most of what is missing to a perfect picture is the hull's error, not the "
-            f"codec's, so the curves are flat. BD-rate of H.264 against JPEG over these views: {rate['inside']:.0f} % inside, "
+            f"35,000 triangles, 50 frames). BD-rate of H.264 against JPEG over these views: {rate['inside']:.0f} % inside, "
             f"{rate['box']:.0f} % over the box."
             if all(v is not None for v in rate.values())
             else "",
