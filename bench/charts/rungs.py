@@ -28,7 +28,7 @@ def measure(quick):
             rungs.append(row | views.measure(made.path, arc, "--rung", rung["rung"]))
         single = []
         for quality in QUALITIES:
-            one = lab.packed(source, "--quality", f"{quality}dB")
+            one = lab.packed(source, "--codec", "h264", "--quality", f"{quality}dB")
             found = lab.parts(one.summary)
             size = sum(found[f"{k}_bytes"] for k in ("pictures", "meshes", "visibility", "colours"))
             single.append({"quality_db": quality, "bytes_per_frame": size, **views.measure(one.path, arc)})
