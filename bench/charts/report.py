@@ -80,7 +80,8 @@ def page(experiments):
     lines += ["|---|---|---|"]
     for e, record in found:
         for option, default, verdict in e.defaults(record["results"]):
-            lines.append(f"| `{option}` | {default} | [{e.name}](#{anchor(e.title)}): {verdict} |")
+            shown = f"`{option}`" if " --" in option else option
+            lines.append(f"| {shown} | {default} | [{e.name}](#{anchor(e.title)}): {verdict} |")
     for (e, record), text in zip(found, texts):
         lines += ["", f"## {e.title}", "", wrapped(text), "", origin(record)]
     return "\n".join(lines) + "\n"
