@@ -5,7 +5,8 @@
 
 #include "fvvcompare/measure.h"
 
-#include <chrono>
+#include <algorithm>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -36,14 +37,33 @@ struct Row {
     std::copy(other.distances, other.distances + 2, distances);
     measured = other.measured;
   }
+  // One more frame. Times in seconds.
+  void count(const Mesh &source, size_t bytes_of_frame, double encode_time, double decode_time) {
+    frames++;
+    bytes += double(bytes_of_frame);
+    vertices += double(source.vertex_count());
+    encode += encode_time;
+    decode += decode_time;
+  }
   nlohmann::ordered_json json() const;
 };
 
+// Of the processor, so that other load on the machine changes it least: all codecs run on one thread.
 template <class Body> double seconds(const Body &body) {
-  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t begin = std::clock();
   body();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return double(std::clock() - begin) / CLOCKS_PER_SEC;
 }
+
+// The faster of two runs.
+template <class Body> double faster(const Body &body) {
+  const double first = seconds(body);
+  return std::min(first, seconds(body));
+}
+
+// Draco at several levels, and meshoptimizer alone and after zstd, each with this number of bits for a
+// coordinate over the box of each mesh.
+std::vector<Row> peer_rows(const std::vector<Mesh> &frames, int bits);
 
 // Draco's own encoder as its command line drives it: corners of the faces in single precision, identical ones
 // merged, positions quantised over the box of the mesh.
