@@ -1,8 +1,6 @@
 // Plays a stream with a ladder over a link whose rate changes: node ladder.mjs FILE. Prints stalls and quality as JSON, beside
 // each rung alone and beside an oracle that knows the link. Time is real: a minute for each line.
 
-import { openAsBlob } from "node:fs";
-
 import { createDecoder } from "../../js/decoder/dist/index.js";
 import { serve } from "../../js/decoder/test/server.mjs";
 import { shapedProxy } from "./shaped_proxy.mjs";
@@ -16,8 +14,8 @@ const TARGET = 12;
 
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, Math.max(0, ms)));
 
-/** Takes each frame when its time has come. Returns stalls, their seconds, the rung of each group and the switches. */
-async function play(quality) {
+/** Takes each frame when its time has come, up to until (seconds). Returns stalls, their seconds, the rung of each group and the switches. */
+async function play(quality, until = Infinity) {
   const server = await serve({ clip: file });
   const proxy = await shapedProxy(Number(new URL(server.url).port), {
     bitsPerSecond: 1e6 * PATTERN[0],
@@ -47,6 +45,7 @@ async function play(quality) {
     const frame = await decoder.next();
     if (!frame) break;
     const seconds = frame.seconds;
+    if (seconds > until) break;
     if (clock === null) {
       clock = performance.now() - 1000 * seconds;
       result.firstMs = performance.now() - began;
@@ -120,14 +119,8 @@ function oracle({ rungs, groups, duration }) {
   return Math.max(...states.map(({ sum }) => sum)) / groups.length;
 }
 
-/** The first line would else wait for code to be compiled. */
-async function warmUp() {
-  const decoder = await createDecoder({ source: await openAsBlob(file) });
-  (await decoder.next()).close();
-  decoder.close();
-}
-
-await warmUp();
+// The first line would else wait for code to be compiled.
+await play("auto", 2);
 const auto = await play("auto");
 const { rungs } = auto.table;
 const utility = utilityOf(rungs);
