@@ -4,8 +4,8 @@
 import { spawn } from "node:child_process";
 
 import { createDecoder } from "../../js/decoder/dist/index.js";
-import { toolPath } from "../../js/decoder/test/native.mjs";
 import { WebSocket } from "../../js/decoder/test/server.mjs";
+import { toolPath } from "../../js/testing/served.mjs";
 import { shapedProxy } from "./shaped_proxy.mjs";
 
 const [file] = process.argv.slice(2);
@@ -31,7 +31,7 @@ async function play(quality) {
     roundTripMs: ROUND_TRIP_MS,
   });
   const decoder = await createDecoder({
-    source: { live: { url: `ws://127.0.0.1:${proxy.port}/live/clip`, WebSocket } },
+    source: { url: `ws://127.0.0.1:${proxy.port}/live/clip`, WebSocket },
     quality,
     normals: false,
     visibility: false,
@@ -45,10 +45,10 @@ async function play(quality) {
   const frames = [];
   while (performance.now() - began < 1000 * SECONDS) {
     const frame = await decoder.next();
-    if (!frame) break;
+    if (!frame || frame.seconds < (frames.at(-1)?.seconds ?? 0)) break; // the loop begins again
     const now = (performance.now() - began) / 1000;
     const { seconds, rung, samples, meshes } = frame;
-    frames.push({ now, late: now - seconds, rung, whole: samples.length === 1 && meshes.length === 1 });
+    frames.push({ now, seconds, late: now - seconds, rung, whole: samples.length === 1 && meshes.length === 1 });
     frame.close();
   }
   timers.forEach(clearTimeout);
