@@ -1,10 +1,11 @@
 // fvvcodecs: bytes, error and time of mesh codecs over a sequence of mesh files, each at several settings, as
 // a JSON array with one object a line of the table. codecs_table.py runs it and lays the tables out.
 //   fvvcodecs key|delta [--height METRES] [--up 0|1|2] --step MILLIMETRES[,...] FILE...
-// key: every file by itself. delta: files after the first as delta frames; all have the faces of the first,
-// and bytes and times are those of the delta frames alone. --height scales the sequence so that the first
-// mesh has this height along the axis --up. Times are for one thread, a mean over the frames of the faster of
-// two runs (delta frames: of one).
+//   fvvcodecs peers [--height METRES] [--up 0|1|2] --bits BITS[,...] FILE...
+// key: every file by itself. peers: the same by codecs of others (fvvpeers.cpp). delta: files after the first
+// as delta frames; all have the faces of the first, and bytes and times are those of the delta frames alone.
+// --height scales the sequence so that the first mesh has this height along the axis --up. Times are for one
+// thread, a mean over the frames of the faster of two runs (delta frames: of one).
 #include "fvvcodecs.h"
 
 #include "fvv/mesh.h"
@@ -116,19 +117,6 @@ Mesh in_metres(const fvv_mesh &mesh, double step) {
   return out;
 }
 
-template <class Body> double faster(const Body &body) {
-  const double first = seconds(body);
-  return std::min(first, seconds(body));
-}
-
-void count(Row &row, const Mesh &source, size_t bytes, double encode, double decode) {
-  row.frames++;
-  row.bytes += double(bytes);
-  row.vertices += double(source.vertex_count());
-  row.encode += encode;
-  row.decode += decode;
-}
-
 std::vector<Row> key_rows(const std::vector<Mesh> &frames, double step) {
   std::vector<Row> rows, plain;
   for (const Key &key : keys) rows.emplace_back(key.codec, key.setting, step);
@@ -154,7 +142,7 @@ std::vector<Row> key_rows(const std::vector<Mesh> &frames, double step) {
       });
       // All profiles give the same triangles; one of them is enough to measure these.
       if (r == 0) rows[0].measure(source, in_metres(decoded.mesh, step));
-      count(rows[r++], source, payload.bytes.size, encode, decode);
+      rows[r++].count(source, payload.bytes.size, encode, decode);
     }
     const PlainDraco draco(source);
     for (size_t i = 0; i < plain.size(); i++) {
@@ -162,13 +150,13 @@ std::vector<Row> key_rows(const std::vector<Mesh> &frames, double step) {
       double encode = faster([&] { bytes = draco.encode_on_lattice(source, step, plain_levels[i]); });
       double decode = faster([&] { PlainDraco::decode(bytes); });
       if (i == 0) rows[r].measure(source, scene::parse_drc(bytes, "libdraco"));
-      count(rows[r + i], source, bytes.size(), encode, decode);
+      rows[r + i].count(source, bytes.size(), encode, decode);
       double coarser = 0;
       const int bits = draco.bits_for(step, &coarser);
       encode = faster([&] { bytes = draco.encode(source, bits, plain_levels[i]); });
       decode = faster([&] { PlainDraco::decode(bytes); });
       if (i == 0) plain[0].measure(source, scene::parse_drc(bytes, "libdraco"));
-      count(plain[i], source, bytes.size(), encode, decode);
+      plain[i].count(source, bytes.size(), encode, decode);
       plain[i].step += coarser / double(frames.size());
       plain[i].setting = "level " + std::to_string(plain_levels[i]) + ", " + std::to_string(bits) + " bits";
     }
@@ -249,7 +237,7 @@ Row delta_row(const std::vector<Mesh> &frames, double quantiser, uint32_t error)
     const double decode = seconds([&] {
       require(fvv_mesh_sequence_decode(decoder.get(), payload.bytes.data, payload.bytes.size, &d), d);
     });
-    count(row, frames[f], payload.bytes.size, encode, decode);
+    row.count(frames[f], payload.bytes.size, encode, decode);
     if (f % measure_each == 0 || f + 1 == frames.size())
       row.measure(frames[f], in_metres(*fvv_mesh_sequence_mesh(decoder.get()), step));
   }
@@ -285,22 +273,32 @@ int main(int argc, char **argv) {
   std::string mode;
   std::vector<std::string> files;
   std::vector<double> steps;
+  std::vector<int> bits;
   double height = 0;
   size_t up = 1;
-  app.add_option("mode", mode, "key or delta")->required()->check(CLI::IsMember({"key", "delta"}));
+  app.add_option("mode", mode, "key, delta or peers")
+      ->required()
+      ->check(CLI::IsMember({"key", "delta", "peers"}));
   app.add_option("files", files, "one mesh a frame")->required();
   app.add_option("--step", steps, "millimetres: of the lattice (key), of the quantiser (delta)")
-      ->required()
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::PositiveNumber);
+  app.add_option("--bits", bits, "of a coordinate, over the box of each mesh (peers)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(4, 16));
   app.add_option("--height", height, "metres; the first mesh is scaled to it, and all others alike");
   app.add_option("--up", up, "axis of the height")->check(CLI::Range(0, 2));
   CLI11_PARSE(app, argc, argv);
   try {
     const std::vector<Mesh> frames = read(files, height, up);
     if (mode == "delta" && frames.size() < 2) throw std::runtime_error("one mesh has no delta frames");
+    if (mode == "peers" ? bits.empty() : steps.empty())
+      throw std::runtime_error(mode == "peers" ? "peers needs --bits" : mode + " needs --step");
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const int precision : bits)
+      for (const Row &row : peer_rows(frames, precision)) rows.push_back(row.json());
     for (const double millimetres : steps)
       if (mode == "key")
         for (const Row &row : key_rows(frames, millimetres * 1e-3)) rows.push_back(row.json());

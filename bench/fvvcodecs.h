@@ -5,6 +5,7 @@
 
 #include "fvvcompare/measure.h"
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -36,6 +37,14 @@ struct Row {
     std::copy(other.distances, other.distances + 2, distances);
     measured = other.measured;
   }
+  // One more frame. Times in seconds.
+  void count(const Mesh &source, size_t bytes_of_frame, double encode_time, double decode_time) {
+    frames++;
+    bytes += double(bytes_of_frame);
+    vertices += double(source.vertex_count());
+    encode += encode_time;
+    decode += decode_time;
+  }
   nlohmann::ordered_json json() const;
 };
 
@@ -44,6 +53,16 @@ template <class Body> double seconds(const Body &body) {
   body();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
+
+// The faster of two runs.
+template <class Body> double faster(const Body &body) {
+  const double first = seconds(body);
+  return std::min(first, seconds(body));
+}
+
+// Draco at several levels, and meshoptimizer alone and after zstd, each with this number of bits for a
+// coordinate over the box of each mesh.
+std::vector<Row> peer_rows(const std::vector<Mesh> &frames, int bits);
 
 // Draco's own encoder as its command line drives it: corners of the faces in single precision, identical ones
 // merged, positions quantised over the box of the mesh.
