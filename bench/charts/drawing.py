@@ -44,10 +44,14 @@ STYLE = {
 }
 
 
+def styled():
+    """A context in which charts look as STYLE says; the caller of an experiment's draw() opens it."""
+    return matplotlib.rc_context(STYLE)
+
+
 def sheet(columns, rows=1, width=4.4, height=3.3):
     """A figure and its panels in one list."""
-    with matplotlib.rc_context(STYLE):
-        figure, axes = pyplot.subplots(rows, columns, figsize=(width * columns, height * rows), squeeze=False)
+    figure, axes = pyplot.subplots(rows, columns, figsize=(width * columns, height * rows), squeeze=False)
     return figure, list(axes.flat)
 
 
@@ -86,9 +90,8 @@ def words(axis, x, y, text, to=(5, 4), colour=BLACK, **more):
 
 
 def save(figure, path):
-    with matplotlib.rc_context(STYLE):
-        figure.tight_layout()
-        figure.savefig(path, format="svg", metadata={"Date": None, "Creator": None})
+    figure.tight_layout()
+    figure.savefig(path, format="svg", metadata={"Date": None, "Creator": None})
     pyplot.close(figure)
     # Trailing spaces and the XML declaration's doctype say nothing.
     lines = [line.rstrip() for line in path.read_text().splitlines()]

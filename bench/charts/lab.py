@@ -1,7 +1,8 @@
 """What all experiments share: running tools, generated captures, packed streams, and results as JSON.
 
-Captures and streams are kept in build/charts and used again; a stream is made again when fvvmux has changed. Results of an
-experiment are one JSON file in docs/charts with the machine, versions, command and date of their measurement.
+Captures, streams and views are kept in build/charts and used again; they are made again when the tool that made them has
+changed. Results of an experiment are one JSON file in docs/charts with the machine, versions, command and date of their
+measurement.
 """
 
 import datetime
@@ -13,9 +14,10 @@ import pathlib
 import platform
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
-from typing import NamedTuple
+from typing import Callable, NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build/default"
@@ -32,6 +34,24 @@ LIBRARIES = (
     "libvpx7",
     "libsvtav1enc1",
 )
+# For modules of bench and of conformance/real.
+sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "conformance/real")]
+
+
+class Experiment(NamedTuple):
+    """One measurement with its charts. A module of this folder lists its experiments in EXPERIMENTS."""
+
+    name: str  # of its results, docs/charts/NAME.json, and of ./run charts NAME
+    title: str  # heading in docs/charts/README.md
+    # measure(quick) returns results for JSON; with quick only what the headlines need, or None.
+    measure: Callable
+    draw: Callable  # draw(results, folder) writes NAME.svg, or several NAME-x.svg
+    # text(results) returns Markdown; its first sentence is bold and says what the chart means. Every figure is of the results.
+    text: Callable
+    # headlines(results of measure(True)) returns {figure: value}: bytes, errors and ratios, of which less is better.
+    headlines: Callable = lambda results: {}
+    # defaults(results) returns [(tool and option, default, what the chart says about it)].
+    defaults: Callable = lambda results: []
 
 
 class Failed(Exception):
@@ -119,6 +139,20 @@ def packed(source, *options):
             json.dumps([json.loads(done.output), done.code, done.messages, done.seconds, done.peak_mib])
         )
     return Packed(path, *json.loads(kept.read_text()))
+
+
+def kept(kind, key, make):
+    """What make() returns, which JSON can hold; kept in build/charts under key, a list of everything that it depends on."""
+    path = WORK / kind / f"{short(*key)}.json"
+    if not path.exists():
+        made = make()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(made))
+    return json.loads(path.read_text())
+
+
+def left_out(what, why):
+    print(f"charts: left out: {what}: {why}", file=sys.stderr, flush=True)
 
 
 def changed_capture(source, name, change):
@@ -211,7 +245,7 @@ def load(name):
     return json.loads(path.read_text()) if path.exists() else None
 
 
-def store(name, results, seconds, stamp):
+def store(name, results, seconds):
     """Writes the results of an experiment; returns what load() returns."""
     record = {
         "experiment": name,
@@ -220,7 +254,6 @@ def store(name, results, seconds, stamp):
         "seconds": round(seconds),
         "machine": machine(),
         "versions": versions(),
-        "stamp": stamp,
         "results": rounded(results),
     }
     PAGES.mkdir(parents=True, exist_ok=True)

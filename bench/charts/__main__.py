@@ -1,0 +1,80 @@
+"""./run charts [NAME...] [--quick [--accept]] [--list] [--draw]: measures, draws, and writes docs/charts."""
+
+import argparse
+import importlib
+import pathlib
+import pkgutil
+import sys
+import time
+
+from . import drawing, lab, report
+
+# Experiments of other modules follow, by the modules' names.
+ORDER = "system", "mesh", "texture", "visibility", "cameras", "rungs", "calibration", "paper", "growth"
+
+
+def all_experiments():
+    """Those of all modules of this folder that list some."""
+    names = [m.name for m in pkgutil.iter_modules([str(pathlib.Path(__file__).parent)]) if m.name != "__main__"]
+    names.sort(key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
+    modules = [importlib.import_module(f"{__package__}.{name}") for name in names]
+    return [e for module in modules for e in getattr(module, "EXPERIMENTS", ())]
+
+
+def quick(experiments, accept):
+    """Returns the exit code: 1 when a headline figure is worse than the committed one, or gone."""
+    now = {}
+    for experiment in experiments:
+        results = experiment.measure(True)
+        if results is not None:
+            now |= {f"{experiment.name}.{f}": v for f, v in experiment.headlines(results).items()}
+    if accept:
+        report.accept(now)
+        print(f"charts: wrote {report.HEADLINES}")
+        return 0
+    rows = report.compare(report.committed_headlines(), now)
+    print(report.table(rows))
+    bad = [figure for figure, _, _, verdict in rows if verdict in ("worse", "gone")]
+    if bad:
+        print(
+            f"charts: more than {100 * report.TOLERANCE:.0f} % worse than docs/charts/headlines.json, or gone: {', '.join(bad)}; "
+            "on purpose: ./run charts --quick --accept",
+            file=sys.stderr,
+        )
+    return 1 if bad else 0
+
+
+def main():
+    experiments = all_experiments()
+    parser = argparse.ArgumentParser(prog="./run charts", description="Measure, draw, and write docs/charts.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="experiments; default: all")
+    parser.add_argument("--quick", action="store_true", help="headline figures alone; exit code 1 when one is worse")
+    parser.add_argument("--accept", action="store_true", help="with --quick: write docs/charts/headlines.json")
+    parser.add_argument("--draw", action="store_true", help="measure nothing; draw and write the page again")
+    parser.add_argument("--list", action="store_true", help="print the experiments")
+    arguments = parser.parse_args()
+    if wrong := set(arguments.names) - {e.name for e in experiments}:
+        parser.error(f"no experiment {', '.join(sorted(wrong))}; there are {', '.join(e.name for e in experiments)}")
+    if arguments.accept and (arguments.names or not arguments.quick):
+        parser.error("--accept goes with --quick and no names")
+    chosen = [e for e in experiments if not arguments.names or e.name in arguments.names]
+    if arguments.list:
+        print("\n".join(f"{e.name:20} {e.title}" for e in chosen))
+        return 0
+    if arguments.quick:
+        return quick(chosen, arguments.accept)
+    for experiment in chosen:
+        if not arguments.draw:
+            begin = time.perf_counter()
+            results = experiment.measure(False)
+            lab.store(experiment.name, results, time.perf_counter() - begin)
+        if record := lab.load(experiment.name):
+            with drawing.styled():
+                experiment.draw(record["results"], lab.PAGES)
+            print(f"{experiment.name}: {report.first_sentence(experiment.text(record['results']))}", flush=True)
+    (lab.PAGES / "README.md").write_text(report.page(experiments))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
