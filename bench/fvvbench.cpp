@@ -6,8 +6,10 @@
 //   fvvbench fast FILE.fvv     the same meshes as meshoptimizer codes them, beside Draco and raw
 //   fvvbench delta FILE.fvv    the file's meshes, which share their triangles, as delta frames after the
 //                              first, off by one step of the lattice at most
+//   fvvbench first FILE.fvv    its first mesh as a new process reads it, and as the same process does again
 //   fvvbench visibility FILE.fvv
 //                              what its cameras see of its meshes (visibility.cpp)
+//   fvvbench depth FILE.fvv    the same by depth maps of several sizes and tolerances (visibility.cpp)
 #include "fvvbench.h"
 
 namespace {
@@ -213,6 +215,25 @@ nlohmann::ordered_json delta(const char *path) {
   return figures;
 }
 
+nlohmann::ordered_json first(const char *path) {
+  Bytes source = read_file(path);
+  const fvv_input input = input_of(source);
+  std::vector<double> times;
+  uint32_t faces = 0;
+  for (int i = 0; i <= runs; i++) {
+    fvv_diagnostic d{};
+    fvv_stream *stream = nullptr;
+    fvv_mesh mesh;
+    require(fvv_stream_open(&input, nullptr, nullptr, &stream, &d), d);
+    times.push_back(seconds([&] { require(fvv_stream_mesh(stream, 0, 1, &mesh, &d), d); }));
+    faces = mesh.face_count;
+    fvv_mesh_free(&mesh);
+    fvv_stream_close(stream);
+  }
+  std::sort(times.begin() + 1, times.end());
+  return {{"first_ms", times[0] * 1e3}, {"again_ms", times[1 + runs / 2] * 1e3}, {"triangles", faces}};
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
@@ -222,10 +243,12 @@ int main(int argc, char **argv) {
                       : what == "draco"      ? draco
                       : what == "fast"       ? fast
                       : what == "delta"      ? delta
+                      : what == "first"      ? first
                       : what == "visibility" ? visibility
+                      : what == "depth"      ? depth_maps
                                              : nullptr;
     if (!part) {
-      std::fputs("usage: fvvbench demux|draco|fast|delta|visibility FILE.fvv\n", stderr);
+      std::fputs("usage: fvvbench demux|draco|fast|delta|first|visibility|depth FILE.fvv\n", stderr);
       return 2;
     }
     std::printf("%s\n", part(argv[2]).dump().c_str());

@@ -53,3 +53,4 @@ inline fvv_input input_of(Bytes &bytes) {
 
 // Figures of a file; see fvvbench.cpp.
 nlohmann::ordered_json visibility(const char *path);
+nlohmann::ordered_json depth_maps(const char *path);

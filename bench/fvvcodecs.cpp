@@ -60,6 +60,7 @@ const struct Key {
             {"draco", "level 0", FVV_MESH_DRACO, 0},
             {"draco", "level 5", FVV_MESH_DRACO, 5},
             {"draco", "level 7", FVV_MESH_DRACO, 7},
+            {"draco", "level 9", FVV_MESH_DRACO, 9},
             {"draco", "level 10", FVV_MESH_DRACO, 10},
             {"fast", "", FVV_MESH_FAST, 0}};
 constexpr int plain_levels[] = {7, 10};

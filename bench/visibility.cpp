@@ -169,6 +169,56 @@ std::unique_ptr<Frame> add_frame(fvv_stream *stream, size_t number, uint16_t tra
   return frame;
 }
 
+// The stream of a file in memory, and its visibility track.
+struct Source {
+  Bytes bytes;
+  fvv_input input;
+  fvv_stream *stream = nullptr;
+  uint16_t track = 0;
+
+  explicit Source(const char *path) : bytes(read_file(path)), input(input_of(bytes)) {
+    fvv_diagnostic d{};
+    require(fvv_stream_open(&input, nullptr, nullptr, &stream, &d), d);
+    const fvv_configuration *configuration = nullptr;
+    require(fvv_stream_configuration(stream, 0, &configuration, &d), d);
+    for (size_t i = 0; i < configuration->track_count; i++)
+      if (configuration->tracks[i].kind == FVV_TRACK_VISIBILITY) track = configuration->tracks[i].id;
+    if (!track) throw std::runtime_error("the file has no visibility");
+  }
+  Source(const Source &) = delete;
+  ~Source() { fvv_stream_close(stream); }
+};
+
+// Depth maps of a part of the picture's size, with a tolerance.
+struct MapSetting {
+  double size, bias;
+  Pairs pairs;
+  double time = 0; // seconds: of making the map, and of the lookups
+};
+
+fvv_camera scaled(fvv_camera camera, double by) {
+  camera.width = uint32_t(std::lround(camera.width * by));
+  camera.height = uint32_t(std::lround(camera.height * by));
+  for (double *value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy, &camera.skew}) *value *= by;
+  return camera;
+}
+
+void try_maps(const Frame &frame, const View &view, std::vector<MapSetting> &settings, double &pairs) {
+  std::vector<std::pair<View::Judgement, Vec3>> places;
+  for (const Place &place : frame.places)
+    if (const auto found = view.judge(frame.surface, frame.rays, place))
+      places.emplace_back(*found, frame.surface.face_normal(place.face));
+  pairs += double(frame.places.size());
+  for (MapSetting &setting : settings)
+    setting.time += seconds([&] {
+      DepthTest test;
+      test.bias = setting.bias;
+      const DepthMap map(scaled(view.camera, setting.size), frame.surface.view(), test);
+      for (const auto &[found, normal] : places)
+        setting.pairs.add(found.front && !map.hidden(found.where, normal), found.truth);
+    });
+}
+
 } // namespace
 
 // error_percent: of the pairs of a camera and a place, with places spread over the surface by area, that lie
@@ -180,22 +230,12 @@ std::unique_ptr<Frame> add_frame(fvv_stream *stream, size_t number, uint16_t tra
 // comes from other cameras than by rays. depth_map: the same with the reference's depth map at the size of
 // the picture.
 nlohmann::ordered_json visibility(const char *path) {
-  Bytes source = read_file(path);
-  fvv_diagnostic d{};
-  fvv_stream *stream = nullptr;
-  const fvv_input input = input_of(source);
-  require(fvv_stream_open(&input, nullptr, nullptr, &stream, &d), d);
-  const fvv_configuration *configuration = nullptr;
-  require(fvv_stream_configuration(stream, 0, &configuration, &d), d);
-  uint16_t track = 0;
-  for (size_t i = 0; i < configuration->track_count; i++)
-    if (configuration->tracks[i].kind == FVV_TRACK_VISIBILITY) track = configuration->tracks[i].id;
-  if (!track) throw std::runtime_error("the file has no visibility");
+  const Source source(path);
   Sums sums;
   Flicker flicker;
   std::unique_ptr<Frame> before;
-  for (size_t f = 0; f < std::min(fvv_stream_frame_count(stream), most_frames); f++) {
-    std::unique_ptr<Frame> now = add_frame(stream, f, track, sums);
+  for (size_t f = 0; f < std::min(fvv_stream_frame_count(source.stream), most_frames); f++) {
+    std::unique_ptr<Frame> now = add_frame(source.stream, f, source.track, sums);
     if (before && now) flicker.add(*before, *now);
     before = std::move(now);
   }
@@ -210,6 +250,44 @@ nlohmann::ordered_json visibility(const char *path) {
   out["order_ms"] = sums.order / sums.frames * 1e3;
   out["encode_ms"] = sums.encode / sums.frames * 1e3;
   out["decode_ms"] = sums.decode / sums.frames * 1e3;
-  fvv_stream_close(stream);
   return out;
+}
+
+// Rows of depth maps by their size, as a factor of the picture's, and their bias (DepthTest): errors as
+// above, and the time for one camera and frame.
+nlohmann::ordered_json depth_maps(const char *path) {
+  constexpr size_t frames = 3;
+  const Source source(path);
+  std::vector<MapSetting> settings;
+  for (const double size : {0.25, 0.5, 1.0})
+    for (const double bias : {0.0, 0.1, 0.2, 0.5, 1.0, 2.0}) settings.push_back({size, bias, {}});
+  double pairs = 0, maps = 0;
+  for (size_t f = 0; f < std::min(fvv_stream_frame_count(source.stream), frames); f++) {
+    fvv_diagnostic d{};
+    const fvv_configuration *configuration = nullptr;
+    fvv_frame where;
+    require(fvv_stream_frame(source.stream, f, &where, &d), d);
+    require(fvv_stream_configuration(source.stream, where.group, &configuration, &d), d);
+    const Frame frame(source.stream, f, configuration->scene);
+    const fvv_visibility *visibility = nullptr;
+    require(fvv_stream_visibility(source.stream, f, source.track, &visibility, &d), d);
+    if (!visibility) continue;
+    const std::vector<uint16_t> ids(visibility->cameras,
+                                    visibility->cameras + visibility->header.camera_count);
+    const std::vector<uint8_t> states(frame.surface.mesh.vertex_count);
+    for (const uint16_t id : ids) {
+      fvv_camera camera;
+      require(fvv_stream_camera(source.stream, f, id, &camera, &d), d);
+      try_maps(frame, View(camera, frame.surface, states.data()), settings, pairs);
+      maps++;
+    }
+  }
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (const MapSetting &setting : settings) {
+    nlohmann::ordered_json row = {{"size", setting.size}, {"bias", setting.bias}};
+    setting.pairs.report(row, "", pairs);
+    row["map_ms"] = setting.time / maps * 1e3;
+    rows.push_back(row);
+  }
+  return rows;
 }

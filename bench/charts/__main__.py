@@ -32,7 +32,9 @@ def quick(experiments, accept):
         report.accept(now)
         print(f"charts: wrote {report.HEADLINES}")
         return 0
-    rows = report.compare(report.committed_headlines(), now)
+    names = {e.name for e in experiments}
+    committed = {f: v for f, v in report.committed_headlines().items() if f.split(".")[0] in names}
+    rows = report.compare(committed, now)
     print(report.table(rows))
     bad = [figure for figure, _, _, verdict in rows if verdict in ("worse", "gone")]
     if bad:

@@ -20,8 +20,7 @@ import time
 from typing import Callable, NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-BUILD = ROOT / "build/default"
-TOOLS = pathlib.Path(os.environ.get("FVV_TOOLS_DIR", BUILD / "tools"))
+TOOLS = pathlib.Path(os.environ.get("FVV_TOOLS_DIR", ROOT / "build/default/tools")).resolve()
 WORK = ROOT / "build/charts"
 PAGES = ROOT / "docs/charts"
 DATA = pathlib.Path(os.environ.get("FVV_DATA", ROOT.parent / "shared/data"))
@@ -72,7 +71,7 @@ class Done(NamedTuple):
 
 
 def program(name):
-    return (BUILD / "bench" if name in ("fvvbench", "fvvcodecs") else TOOLS / name) / name
+    return (TOOLS.parent / "bench" if name in ("fvvbench", "fvvcodecs") else TOOLS / name) / name
 
 
 def run(name, *arguments):

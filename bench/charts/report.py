@@ -25,6 +25,10 @@ def first_sentence(text):
     return " ".join(found.group(1).split()) if found else ""
 
 
+def pictures(text):
+    return re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text)
+
+
 def anchor(title):
     """Of a heading, as GitHub makes it."""
     return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")

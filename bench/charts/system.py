@@ -6,23 +6,22 @@ with its own methods and drawn by its own rule of texturing.
 
 import io
 import json
-import sys
 
+import whp235
 from PIL import Image
 
 from . import drawing, lab, numbers, views
-
-sys.path.insert(0, str(lab.ROOT / "bench"))
-import whp235  # noqa: E402
 
 FRAMES, QUICK_FRAMES = 12, 4
 VIEWS = 0, 15, 30
 BUDGETS = 0.05, 0.075, 0.1, 0.15, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0
 DEFAULT = 0.15
 MESHES = {"tracked": "tracked: exact", "hull": "visual hull of 7 cameras"}
-QUALITIES = 30, 33, 36, 39, 42, 45
+QUALITIES = 27, 30, 33, 36, 39, 42, 45
+DEFAULT_QUALITY = 42
 CODECS = "h264", "jpeg"
 LOSS = 0.1  # dB that the knee may lose
+PAPER_THRESHOLD, PAPER_BEST = 0.25, 3
 PAPER = {"bytes": 27.3e6 / 50, "picture_bytes": 14.4e6 / 50}  # WHP 235, section 5: 27.3 Mbyte for 50 frames
 
 
@@ -39,7 +38,9 @@ def budget_row(source, arc, *options):
     return row | {"rms_mm": 1000 * (budget.get("rms") or 0)}
 
 
-def budgets():
+def budgets(quick):
+    if quick:
+        return quick_budgets()
     arc = views.Arc(FRAMES, VIEWS)
     out = {"frames": FRAMES, "views_degrees": VIEWS, "meshes": {}}
     for meshes in MESHES:
@@ -57,62 +58,92 @@ def budgets():
     return out
 
 
+def quick_budgets():
+    """The defaults of fvvmux, a view from between two cameras."""
+    arc = views.Arc(QUICK_FRAMES, VIEWS[1:2])
+    out = {}
+    for meshes in MESHES:
+        made = lab.packed(clip(meshes, QUICK_FRAMES))
+        out[meshes] = lab.parts(made.summary) | views.measure(made.path, arc)
+    return out
+
+
+def quick_headlines(results):
+    out = {}
+    for meshes, row in results.items():
+        out[f"{meshes}_bytes_per_frame"] = row["all_bytes"]
+        out[f"{meshes}_held_out_mse"] = 255**2 / 10 ** (row["psnr_inside_db"] / 10)
+        out[f"{meshes}_flicker"] = row["flicker"]
+    return out
+
+
 def draw_budgets(results, folder):
-    figure, panels = drawing.sheet(3, 1, 3.6)
-    series = [(m, region) for m in results["meshes"] for region in ("inside", "box")]
-    for number, (meshes, region) in enumerate(series):
-        rows = results["meshes"][meshes]["rows"]
-        best = max(r[f"psnr_{region}_db"] for r in rows)
-        drawing.line(panels[0], number, [r["max_error"] for r in rows], [r[f"psnr_{region}_db"] - best for r in rows],
-                     f"{meshes}, {region} ({best:.1f} dB)")  # fmt: skip
+    figure, panels = drawing.sheet(3, 1, 3.7, 3.4)
+    for number, (meshes, found) in enumerate(results["meshes"].items()):
+        rows = found["rows"]
+        errors = [r["max_error"] for r in rows]
+        for region, look in ("inside", "-"), ("box", "--"):
+            best = max(r[f"psnr_{region}_db"] for r in rows)
+            drawing.line(panels[0], number, errors, [r[f"psnr_{region}_db"] - best for r in rows],
+                         f"{meshes}, {region} (best {best:.1f} dB)", linestyle=look)  # fmt: skip
+        for part, look in ("all", "-"), ("meshes", "--"):
+            kilobytes = [r[f"{part}_bytes"] / 1000 for r in rows]
+            drawing.line(panels[1], number, errors, kilobytes, f"{meshes}, {part}", linestyle=look)
+        drawing.line(panels[2], number, errors, [r["flicker"] for r in rows], meshes)
     panels[0].set_title("Loss in a view that no camera filmed")
     panels[0].set_ylabel("PSNR, dB below the best")
-    panels[0].axhline(-LOSS, color=drawing.BLACK, linewidth=0.8, linestyle="--")
+    panels[0].set_ylim(-4.2, 0.15)
+    panels[0].axhline(-LOSS, color=drawing.BLACK, linewidth=0.8, linestyle=":")
     panels[0].legend(loc="lower left")
-    for number, meshes in enumerate(results["meshes"]):
-        rows = results["meshes"][meshes]["rows"]
-        errors = [r["max_error"] for r in rows]
-        drawing.line(panels[1], 2 * number, errors, [r["all_bytes"] / 1000 for r in rows], f"{meshes}, all")
-        drawing.line(
-            panels[1], 2 * number + 1, errors, [r["meshes_bytes"] / 1000 for r in rows], f"{meshes}, meshes"
-        )
-        drawing.line(panels[2], 2 * number, errors, [r["flicker"] for r in rows], meshes)
     panels[1].set_title("Size")
     panels[1].set_ylabel("kB per frame")
     panels[1].set_ylim(0)
-    panels[2].set_title("Flicker")
+    panels[1].legend(loc="center right", bbox_to_anchor=(1, 0.4))
+    panels[2].set_title("Flicker in the same view")
     panels[2].set_ylabel("rms, levels of 255")
     panels[2].set_ylim(0)
+    panels[2].legend(loc="lower right")
     for axis in panels:
         drawing.logarithmic(axis, "x", (0.05, 0.15, 0.5, 1, 2))
         axis.set_xlabel("--max-error, pixels")
-        drawing.mark(axis, DEFAULT, "default", 0.99 if axis is not panels[0] else 0.6)
-    for axis in panels[1:]:
-        axis.legend(loc="center right")
+        drawing.mark(axis, DEFAULT, "default", 0.5 if axis is panels[0] else 0.06)
     drawing.save(figure, folder / "system.svg")
 
 
 def text_budgets(results):
-    lines = ["![Loss of PSNR, bytes and flicker over --max-error](system.svg)", ""]
     found = results["meshes"]
-    row = {m: next(r for r in f["rows"] if r["max_error"] == DEFAULT) for m, f in found.items()}
+    row = {m: at_default(f) for m, f in found.items()}
 
     def knees(what):
         return " and ".join(f"{f[f'knee_{what}']:g} px ({m})" for m, f in found.items())
 
-    lines.append(
-        f"**The largest budget that loses at most {LOSS:g} dB is {knees('inside')} inside the silhouette, "
-        f"{knees('box')} over the box; flicker stays within 2 % up to {knees('flicker')}.** "
-    )
-    lines.append(
-        f"The default of {DEFAULT:g} px loses {' and '.join(f'{loss_at(f, row[m])} dB ({m})' for m, f in found.items())} inside "
-        "against the best budget. " + " ".join(verdict(m, f) for m, f in found.items())
-    )
-    return "\n".join(lines)
+    def each(value):
+        return " and ".join(f"{value(m)} ({m})" for m in found)
+
+    return f"""![Loss of PSNR, bytes and flicker over --max-error](system.svg)
+
+**The largest error budget that costs at most {LOSS:g} dB in a view that no camera filmed is {knees('inside')}; the default is
+{DEFAULT:g} px.** That is inside the true silhouette; over the box around it, where a mesh that is too large counts, it is
+{knees('box')}. Flicker stays within 2 % of the least up to {knees('flicker')}. {' '.join(verdict(m, f) for m, f in found.items())}
+
+At the default, compared with the finest budget tried ({BUDGETS[0]:g} px), PSNR inside is lower by
+{each(lambda m: f"{loss_at(found[m], row[m]):.2f} dB")}, and the stream smaller by
+{each(lambda m: f"{100 * (1 - row[m]['all_bytes'] / found[m]['rows'][0]['all_bytes']):.0f} %")}; meshes take
+{each(lambda m: f"{100 * row[m]['meshes_bytes'] / row[m]['all_bytes']:.0f} %")} of it.
+
+Input: `fvvsynth --rig small`, 7 cameras of 480x270, {results['frames']} frames; meshes are the exact ones (tracked) or visual hulls of
+the 7 cameras (hull), which are wrong by more than any budget here, so that finer budgets cannot help. Pictures are H.264 at 42 dB.
+The view is drawn with `fvvrender` from {len(results['views_degrees'])} places between two cameras and compared with the generator's own
+picture from there: PSNR of luma of all pixels together. Flicker is how much more or less the view changes from frame to frame than
+the truth does. Nothing here is of a real scene."""
+
+
+def at_default(found):
+    return next(r for r in found["rows"] if r["max_error"] == DEFAULT)
 
 
 def loss_at(found, row):
-    return f"{max(r['psnr_inside_db'] for r in found['rows']) - row['psnr_inside_db']:.2f}"
+    return max(r["psnr_inside_db"] for r in found["rows"]) - row["psnr_inside_db"]
 
 
 def verdict(meshes, found):
@@ -123,6 +154,16 @@ def verdict(meshes, found):
     if knee > DEFAULT:
         return f"With {meshes} meshes a larger budget, {knee:g} px, would do."
     return f"With {meshes} meshes this chart does not justify the default: it is coarser than the knee, {knee:g} px."
+
+
+def defaults_of_budgets(results):
+    found = results["meshes"]
+    said = "; ".join(f"{m}: knee {f['knee_inside']:g} px, {loss_at(f, at_default(f)):.2f} dB lost" for m, f in found.items())
+    steps = ", ".join(f"{at_default(f)['step_mm']:g} mm ({m})" for m, f in found.items())
+    return [
+        ("fvvmux --max-error", f"{DEFAULT:g} px", said),
+        ("fvvmux --step", "by the budget", f"{steps} at the default budget"),
+    ]
 
 
 def paper_capture(source):
@@ -154,82 +195,122 @@ def paper_row(source, arc):
     return {"all_bytes": sizes["all"] / arc.frames, "meshes_bytes": sizes["mesh"] / arc.frames, **row}
 
 
-def sizes(frames=FRAMES, shown=VIEWS, qualities=QUALITIES, codecs=CODECS):
-    arc = views.Arc(frames, shown)
-    source = clip("hull", frames)
-    out = {
-        "frames": frames,
-        "views_degrees": shown,
-        "codecs": {},
-        "paper": paper_row(source, arc),
-        "published": PAPER,
-    }
-    for codec in codecs:
-        rows = []
-        for quality in qualities:
-            made = lab.packed(source, "--codec", codec, "--quality", f"{quality}dB")
-            rows.append({"quality_db": quality, **lab.parts(made.summary), **views.measure(made.path, arc)})
-        out["codecs"][codec] = rows
-    out["bd_rate_percent"] = {
-        region: numbers.bd_rate(
-            *([(r["all_bytes"], r[f"psnr_{region}_db"]) for r in out["codecs"][c]] for c in ("jpeg", "h264"))
-        )
-        for region in ("inside", "box")
-        if len(codecs) > 1
-    }
+def size_rows(source, arc, codec):
+    rows = []
+    for quality in QUALITIES:
+        made = lab.packed(source, "--codec", codec, "--quality", f"{quality}dB")
+        rows.append({"quality_db": quality, **lab.parts(made.summary), **views.measure(made.path, arc)})
+    return rows
+
+
+def sizes(quick):
+    if quick:
+        return quick_sizes()
+    arc = views.Arc(FRAMES, VIEWS)
+    out = {"frames": FRAMES, "views_degrees": VIEWS, "published": PAPER, "series": {}}
+    for meshes in MESHES:
+        source = clip(meshes)
+        rows = {codec: size_rows(source, arc, codec) for codec in CODECS}
+        curves = {
+            region: [[(r["all_bytes"], r[f"psnr_{region}_db"]) for r in rows[c]] for c in CODECS]
+            for region in ("inside", "box")
+        }
+        out["series"][meshes] = {
+            "codecs": rows,
+            "paper": paper_row(source, arc),
+            # Of H.264 against JPEG.
+            "bd_rate_percent": {region: numbers.bd_rate(jpeg, h264) for region, (h264, jpeg) in curves.items()},
+            "knee_db": numbers.knee(rows["h264"], "all_bytes", "psnr_inside_db", LOSS)["quality_db"],
+        }
     return out
 
 
+def quick_sizes():
+    source = clip("hull", QUICK_FRAMES)
+    paper = whp235.sizes(source / "capture.json", lambda picture: picture.size)
+    return {"bytes_over_whp235": lab.packed(source).summary["bytes"] / paper["all"]}
+
+
 def draw_sizes(results, folder):
-    figure, panels = drawing.sheet(1, 1, 5.6, 3.2)
-    axis = panels[0]
-    names = {"h264": "fvv with H.264", "jpeg": "fvv with JPEG"}
-    for number, codec in enumerate(results["codecs"]):
-        rows = results["codecs"][codec]
-        drawing.line(
-            axis,
-            number,
-            [r["all_bytes"] / 1000 for r in rows],
-            [r["psnr_inside_db"] for r in rows],
-            names[codec],
-        )
-    paper = results["paper"]
-    axis.plot(paper["all_bytes"] / 1000, paper["psnr_inside_db"], color=drawing.BLACK, marker="X", linestyle="", markersize=8,
-              label="as in WHP 235, packed and drawn here")  # fmt: skip
-    drawing.mark(
-        axis,
-        results["published"]["bytes"] / 1000,
-        "WHP 235 reports\n27.3 MB for 2 s\n(other scene)",
-        0.5,
-        side="right",
-    )
-    default = next(r for r in results["codecs"]["h264"] if r["quality_db"] == 42)
-    drawing.words(
-        axis, default["all_bytes"] / 1000, default["psnr_inside_db"], "default, 42 dB", (4, -12), drawing.BLUE
-    )
-    drawing.logarithmic(axis, "x", (10, 30, 100, 300, 1000))
-    axis.set_xlabel("kB per frame: meshes, 7 pictures of 480x270, everything else")
-    axis.set_ylabel("PSNR of a view that no camera\nfilmed, inside its silhouette, dB")
-    axis.legend(loc="lower center")
+    figure, panels = drawing.sheet(2, 1, 4.6, 3.6)
+    names = {"h264": "fvv, H.264", "jpeg": "fvv, JPEG"}
+    for axis, (meshes, found) in zip(panels, results["series"].items()):
+        for number, (codec, rows) in enumerate(found["codecs"].items()):
+            kilobytes = [r["all_bytes"] / 1000 for r in rows]
+            drawing.line(axis, number, kilobytes, [r["psnr_inside_db"] for r in rows], names[codec])
+        default = row_at_default(found)
+        at = default["all_bytes"] / 1000, default["psnr_inside_db"]
+        axis.plot(*at, marker="o", markersize=11, markerfacecolor="none", color=drawing.BLUE, linestyle="")
+        drawing.words(axis, *at, "default of fvvmux", (0, 10), drawing.BLUE, ha="center")
+        paper = found["paper"]
+        at = paper["all_bytes"] / 1000, paper["psnr_inside_db"]
+        axis.plot(*at, color=drawing.BLACK, marker="X", linestyle="", markersize=8)
+        drawing.words(axis, *at, "WHP 235's encoding\nof the same clip", (-4, 9), ha="right")
+        drawing.mark(axis, results["published"]["bytes"] / 1000, "size of the clip\nin WHP 235\n(another scene)", 0.2, side="right")
+        drawing.logarithmic(axis, "x", (10, 30, 100, 300, 1000))
+        axis.set_xlim(9, 2200)
+        low, high = axis.get_ylim()
+        axis.set_ylim(low - 0.1 * (high - low), high + 0.12 * (high - low))
+        axis.set_title({"hull": "Visual hulls of the 7 cameras", "tracked": "Exact meshes, tracked"}[meshes])
+        axis.set_xlabel("kB per frame, all of the stream")
+        axis.set_ylabel("PSNR of a held-out view, inside, dB")
+        axis.legend(loc="lower center", bbox_to_anchor=(0.5, 0.02))
     drawing.save(figure, folder / "size.svg")
 
 
+def row_at_default(found):
+    return next(r for r in found["codecs"]["h264"] if r["quality_db"] == DEFAULT_QUALITY)
+
+
+def percent(value):
+    return "-" if value is None else f"{value:.0f} %"
+
+
 def text_sizes(results):
-    paper = results["paper"]
-    default = next(r for r in results["codecs"]["h264"] if r["quality_db"] == 42)
-    better = default["psnr_inside_db"] - paper["psnr_inside_db"]
-    box = default["psnr_box_db"] - paper["psnr_box_db"]
-    rate = results["bd_rate_percent"]
-    return "\n".join(
-        [
-            "![PSNR of a held-out view over kB per frame](size.svg)",
-            "",
-            f"**With its defaults fvv takes {paper['all_bytes'] / default['all_bytes']:.0f} times fewer bytes than the encoding of WHP 235 "
-            f"of the same clip, and the view from between the cameras is {better:+.1f} dB inside its silhouette ({box:+.1f} dB over "
-            "the box).** The paper's own clip is another scene; only its size is comparable (7 cameras of 480x270, "
-            f"35,000 triangles, 50 frames). BD-rate of H.264 against JPEG over these views: {rate['inside']:.0f} % inside, "
-            f"{rate['box']:.0f} % over the box."
-            if all(v is not None for v in rate.values())
-            else "",
-        ]
-    )
+    lines = []
+    for meshes, found in results["series"].items():
+        paper, default, rate = found["paper"], row_at_default(found), found["bd_rate_percent"]
+        knee = next(r for r in found["codecs"]["h264"] if r["quality_db"] == found["knee_db"])
+        lines.append(
+            f"| {meshes} | {default['all_bytes'] / 1000:.1f} kB, {default['psnr_inside_db']:.2f} dB ({default['psnr_box_db']:.2f}) "
+            f"| {paper['all_bytes'] / 1000:.0f} kB, {paper['psnr_inside_db']:.2f} dB ({paper['psnr_box_db']:.2f}) "
+            f"| {paper['all_bytes'] / default['all_bytes']:.0f} | {percent(rate['inside'])} ({percent(rate['box'])}) "
+            f"| {found['knee_db']} dB, {knee['all_bytes'] / 1000:.1f} kB |"
+        )
+    hull = results["series"]["hull"]
+    better = row_at_default(hull)["psnr_inside_db"] - hull["paper"]["psnr_inside_db"]
+    ratio = hull["paper"]["all_bytes"] / row_at_default(hull)["all_bytes"]
+    table = "\n".join(lines)
+    return f"""![PSNR of a held-out view over kB per frame](size.svg)
+
+**With its defaults fvv takes {ratio:.0f} times fewer bytes than the encoding of WHP 235 for the same clip of hulls, and the view from
+between its cameras is {better:.1f} dB better.** Figures are PSNR inside the silhouette, and over the box in brackets:
+
+| meshes | fvv, defaults | WHP 235's encoding | bytes, ratio | BD-rate of H.264 against JPEG | least quality that costs at most {LOSS:g} dB here |
+|---|---|---|---|---|---|
+{table}
+
+The encoding of WHP 235 is that of [bench/whp235.py](../../bench/whp235.py): text meshes to the millimetre, JPEG in Base64. Its view is drawn by
+the paper's rule (cameras weighted by the normal, cosine above {PAPER_THRESHOLD:g}, the best {PAPER_BEST}), with meshes and pictures as its client has
+them; fvv's by its own. So the difference in PSNR is of texturing and of seeing less of the background at outlines, not of the coding alone.
+The dotted line is the size that the paper reports for its own clip, {results['published']['bytes'] / 1000:.0f} kB a frame (27.3 Mbyte
+for 50 frames, section 5): another scene, so its quality cannot be compared.
+
+Held-out views say little on the quality of pictures: they are limited by where the mesh is wrong and by blending, so
+they stop getting better long before {DEFAULT_QUALITY} dB. The default is what a viewer at a camera's own place sees; a page whose
+viewers stay between cameras can take less."""
+
+
+def defaults_of_sizes(results):
+    knees = ", ".join(f"{f['knee_db']} dB ({m})" for m, f in results["series"].items())
+    rates = ", ".join(f"{percent(f['bd_rate_percent']['inside'])} ({m})" for m, f in results["series"].items())
+    return [
+        ("fvvmux --quality", f"{DEFAULT_QUALITY}dB", f"not justified by held-out views, which lose {LOSS:g} dB only below {knees}; it is for views from cameras' own places"),
+        ("fvvmux --codec", "h264", f"bytes against JPEG at the same held-out PSNR: {rates}; against other codecs see texture"),
+    ]
+
+
+EXPERIMENTS = (
+    lab.Experiment("system", "The error budget", budgets, draw_budgets, text_budgets, quick_headlines, defaults_of_budgets),
+    lab.Experiment("size", "Size and a view that no camera filmed", sizes, draw_sizes, text_sizes, dict, defaults_of_sizes),
+)

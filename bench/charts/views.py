@@ -106,7 +106,12 @@ def draw(stream, frame, view_options, out, *options):
 def measure(stream, arc, *options, frames=None):
     """PSNR, SSIM and flicker of a stream's pictures from the views of an arc. frames: of the stream, default all."""
     numbers = list(range(arc.frames)) if frames is None else list(frames)
-    folder = lab.WORK / "views" / lab.short(stream, *options)
+    key = lab.digest_of(lab.program("fvvrender")), stream, arc.folder, arc.views, numbers, *options
+    return lab.kept("views", key, lambda: compared(stream, arc, options, numbers))
+
+
+def compared(stream, arc, options, numbers):
+    folder = lab.WORK / "drawn" / lab.short(stream, *options)
     folder.mkdir(parents=True, exist_ok=True)
     cells = [(view, frame) for view in arc.views for frame in numbers]
 
