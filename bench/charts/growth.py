@@ -113,7 +113,9 @@ def costs(source, *options):
         }
 
     programs = [lab.digest_of(lab.program(name)) for name in ("fvvmux", "fvvdemux")]
-    return lab.kept("costs", (*programs, source, lab.digest_of(source / "capture.json"), *options), pack_and_unpack)
+    return lab.kept(
+        "costs", (*programs, source, lab.digest_of(source / "capture.json"), *options), pack_and_unpack
+    )
 
 
 def small(*options):
@@ -122,7 +124,9 @@ def small(*options):
 
 def triangles_of(source):
     """Of the first mesh."""
-    with open(source / (json.loads((source / "capture.json").read_text())["meshes"]["pattern"] % 0), "rb") as file:
+    with open(
+        source / (json.loads((source / "capture.json").read_text())["meshes"]["pattern"] % 0), "rb"
+    ) as file:
         for line in file:
             if line.startswith(b"element face"):
                 return int(line.split()[-1])
@@ -133,7 +137,9 @@ def measure(quick):
     wanted = QUICK if quick else {"frames": FRAMES, "cameras": CAMERAS, "cells": CELLS, "sizes": SIZES}
     rows = {name: [] for name in PARAMETERS}
     for frames in wanted["frames"]:
-        rows["frames"].append({"x": frames, **costs(long_capture(frames), "--keep-geometry", "--step", "1mm")})
+        rows["frames"].append(
+            {"x": frames, **costs(long_capture(frames), "--keep-geometry", "--step", "1mm")}
+        )
     for cameras in wanted["cameras"]:
         source = small("--cameras", cameras, "--size", "160x90", "--frames", 4)
         rows["cameras"].append({"x": cameras, **costs(source, *SIMPLE)})

@@ -20,7 +20,9 @@ def rotation_by(axis, angle):
 def turned(camera, pixels, direction):
     """Rotation and translation of a camera of capture.json that is turned in its place, so that the middle of its picture
     moves by a number of pixels; direction: an angle in the picture."""
-    turn = rotation_by((-math.sin(direction), math.cos(direction), 0), math.atan(pixels / camera["intrinsics"]["fx"]))
+    turn = rotation_by(
+        (-math.sin(direction), math.cos(direction), 0), math.atan(pixels / camera["intrinsics"]["fx"])
+    )
     rotation = turn @ np.reshape(camera["rotation"], (3, 3))
     return rotation.tolist(), (turn @ camera["translation"]).tolist()
 
@@ -73,10 +75,20 @@ def plate(side, thickness, cells):
     upper = np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
     faces = [upper, upper[:, ::-1] + len(top)]
     line = np.arange(cells + 1)
-    rim = np.concatenate([line * (cells + 1), cells * (cells + 1) + line[1:], (line * (cells + 1) + cells)[::-1][1:], line[::-1][1:]])
+    rim = np.concatenate(
+        [
+            line * (cells + 1),
+            cells * (cells + 1) + line[1:],
+            (line * (cells + 1) + cells)[::-1][1:],
+            line[::-1][1:],
+        ]
+    )
     # Around the outline, counter-clockwise seen from above.
     before, after = rim[:-1], rim[1:]
-    faces += [np.column_stack([before, before + len(top), after + len(top)]), np.column_stack([before, after + len(top), after])]
+    faces += [
+        np.column_stack([before, before + len(top), after + len(top)]),
+        np.column_stack([before, after + len(top), after]),
+    ]
     return vertices, np.vstack(faces).astype(np.uint32)
 
 

@@ -13,11 +13,12 @@ import statistics
 import threading
 import time
 
-import bench
 import browser_decoder
 import player
 import serve
 import whp235
+
+import bench
 
 from . import drawing, lab
 
@@ -102,7 +103,9 @@ def sizes(made):
         "calibration": cameras,
         "all": made.summary["bytes"],
     }
-    method = whp235.sizes(bench.studio() / "capture.json", lambda picture: bench.CLIP_TILE, bench.CLIP_CAMERAS)
+    method = whp235.sizes(
+        bench.studio() / "capture.json", lambda picture: bench.CLIP_TILE, bench.CLIP_CAMERAS
+    )
     return {"fvv": ours, "method": method, "visibility_bytes": made.summary["visibility"].get("bytes", 0)}
 
 
@@ -111,7 +114,10 @@ def server(made):
     times = []
     for _ in range(STARTS):
         begin = time.perf_counter()
-        with serve.running([lab.program("fvvserve"), "--port", 0, "--root", made.path.parent]) as (_, process):
+        with serve.running([lab.program("fvvserve"), "--port", 0, "--root", made.path.parent]) as (
+            _,
+            process,
+        ):
             times.append(time.perf_counter() - begin)
             memory = serve.peak_memory(process)
     return {"server_start_s": statistics.median(times), "server_mib": memory}
@@ -125,7 +131,9 @@ def client(made):
     """What a browser needs for the clip; {} without node, Chromium and js/decoder/dist."""
     reason = player.missing()
     if reason or not (lab.ROOT / "js/decoder/dist/core.wasm.js").exists():
-        lab.left_out("times, pictures per second and memory of the player", reason or "js/decoder was not built")
+        lab.left_out(
+            "times, pictures per second and memory of the player", reason or "js/decoder was not built"
+        )
         return {}
     first = node("network/first_frame.mjs", made.path)
     whole = node("view.mjs", made.path)["all"]
@@ -159,8 +167,18 @@ def draw(results, folder):
     published, ours, method = results["published"], results["sizes"]["fvv"], results["sizes"]["method"]
     axis = panels[0]
     for number, name in enumerate(reversed(BYTES)):
-        values = {"WHP 235's own clip": published[name], "its encoding of our clip": method[name], "fvv": ours[name]}
-        axis.plot([value / 1e3 for value in values.values()], [number] * 3, color=drawing.LINES, linewidth=3, zorder=1)
+        values = {
+            "WHP 235's own clip": published[name],
+            "its encoding of our clip": method[name],
+            "fvv": ours[name],
+        }
+        axis.plot(
+            [value / 1e3 for value in values.values()],
+            [number] * 3,
+            color=drawing.LINES,
+            linewidth=3,
+            zorder=1,
+        )
         for (label, value), colour, marker in zip(
             values.items(), (drawing.BLACK, drawing.RED, drawing.BLUE), ("X", "s", "o")
         ):
@@ -212,7 +230,9 @@ def text(results):
         "all": "yes, but for the scene; ours includes visibility weights, colours, index and checksums",
     }
     for name, title in BYTES.items():
-        lines.append(f"| {title} | {mb(published[name])} | {mb(method[name])} | {mb(ours[name])} | {notes[name]} |")
+        lines.append(
+            f"| {title} | {mb(published[name])} | {mb(method[name])} | {mb(ours[name])} | {notes[name]} |"
+        )
     rows = [
         (
             "server ready",

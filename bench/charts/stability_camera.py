@@ -57,7 +57,7 @@ class Bytes(ctypes.Structure):
 
 
 def library():
-    found = ctypes.CDLL(str(lab.BUILD / "libfvv/libfvv.so"))
+    found = ctypes.CDLL(str(lab.TOOLS.parent / "libfvv/libfvv.so"))
     found.fvv_camera_r_max.restype = ctypes.c_double
     return found
 
@@ -78,8 +78,15 @@ def lens():
     rows = []
     for part in RADII:
         radius = part * camera.r_max
-        world, pixel, ray = (ctypes.c_double * 3)(radius, 0, 1), (ctypes.c_double * 2)(), (ctypes.c_double * 3)()
-        row = {"radius": part, "projected": bool(fvv.fvv_camera_project(ctypes.byref(camera), world, pixel, None))}
+        world, pixel, ray = (
+            (ctypes.c_double * 3)(radius, 0, 1),
+            (ctypes.c_double * 2)(),
+            (ctypes.c_double * 3)(),
+        )
+        row = {
+            "radius": part,
+            "projected": bool(fvv.fvv_camera_project(ctypes.byref(camera), world, pixel, None)),
+        }
         if row["projected"] and fvv.fvv_camera_unproject(ctypes.byref(camera), pixel, ray):
             row["error_px"] = camera.fx * abs(ray[0] - radius)
         bent = radius * (1 + LENS_K1 * radius**2)
@@ -94,7 +101,9 @@ def lens():
 def rotation_vector(rotation):
     """The textbook logarithm of a rotation: angle by the trace, axis by the antisymmetric part."""
     angle = math.acos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))
-    axis = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+    axis = np.array(
+        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    )
     return angle * axis / (2 * math.sin(angle)) if angle else np.zeros(3)
 
 
@@ -106,18 +115,34 @@ def half_turn():
         rotation = harm.rotation_by((1, 2, 3), math.radians(180 - short))
         camera = a_camera(focal, rotation, flags=1)
         bits, payload = Bits(), Bytes()
-        fvv.fvv_calibration_choose(ctypes.byref(camera), 1, ctypes.c_double(0.001), ctypes.c_double(0.01), ctypes.byref(bits))
+        fvv.fvv_calibration_choose(
+            ctypes.byref(camera), 1, ctypes.c_double(0.001), ctypes.c_double(0.01), ctypes.byref(bits)
+        )
         coder, decoder, found = ctypes.c_void_p(), ctypes.c_void_p(), Camera()
         for one in (coder, decoder):
             check(fvv.fvv_calibration_create(ctypes.byref(camera), 1, None, ctypes.byref(one)))
-        check(fvv.fvv_calibration_encode(coder, ctypes.byref(bits), ctypes.byref(camera), 1, 1, ctypes.byref(payload), None))
-        check(fvv.fvv_calibration_decode(decoder, ctypes.c_void_p(payload.data), ctypes.c_size_t(payload.size), 1, None))
+        check(
+            fvv.fvv_calibration_encode(
+                coder, ctypes.byref(bits), ctypes.byref(camera), 1, 1, ctypes.byref(payload), None
+            )
+        )
+        check(
+            fvv.fvv_calibration_decode(
+                decoder, ctypes.c_void_p(payload.data), ctypes.c_size_t(payload.size), 1, None
+            )
+        )
         check(fvv.fvv_calibration_camera(decoder, 0, ctypes.byref(found)))
         ours = np.reshape(found.rotation[:], (3, 3))
         vector = rotation_vector(rotation)
         length = np.linalg.norm(vector)
         plain = harm.rotation_by(vector, length) if length else np.eye(3)
-        rows.append({"degrees": short, "error_px": moved(ours, rotation, focal), "plain_error_px": moved(plain, rotation, focal)})
+        rows.append(
+            {
+                "degrees": short,
+                "error_px": moved(ours, rotation, focal),
+                "plain_error_px": moved(plain, rotation, focal),
+            }
+        )
         fvv.fvv_bytes_free(ctypes.byref(payload))
         for one in (coder, decoder):
             fvv.fvv_calibration_destroy(one)
@@ -154,7 +179,13 @@ def near_plane():
             ahead = np.where(lines > 0, height * 120 / lines, np.inf)
         truth = (ahead <= 2) & (np.abs(columns / 120 * ahead) <= 2)
         wrong = drawn != truth
-        rows.append({"metres": height, "wrong_percent": 100 * wrong.mean(), "nearest_mm": 1000 * float(ahead[truth].min())})
+        rows.append(
+            {
+                "metres": height,
+                "wrong_percent": 100 * wrong.mean(),
+                "nearest_mm": 1000 * float(ahead[truth].min()),
+            }
+        )
     return {"rows": rows}
 
 
@@ -239,7 +270,9 @@ def turned():
         def change(description, folder, pixels=pixels):
             random = np.random.default_rng(1)
             for camera in description["cameras"]:
-                camera["rotation"], camera["translation"] = harm.turned(camera, pixels, random.uniform(0, 2 * math.pi))
+                camera["rotation"], camera["translation"] = harm.turned(
+                    camera, pixels, random.uniform(0, 2 * math.pi)
+                )
 
         rows.append({"x": pixels, "db": view_of(changed(f"turned{pixels:g}", change))["psnr_inside_db"]})
     return {"rows": rows}
@@ -282,9 +315,13 @@ def lost():
         for way in "nearest", "farthest":
 
             def change(description, folder, count=count, way=way):
-                cameras = sorted(description["cameras"], key=lambda c: np.linalg.norm(harm.centre_of(c) - eye))
+                cameras = sorted(
+                    description["cameras"], key=lambda c: np.linalg.norm(harm.centre_of(c) - eye)
+                )
                 for camera in (cameras if way == "nearest" else cameras[::-1])[:count]:
-                    camera["per_frame"] = [{"frame": 0}] + [{"frame": i, "calibrated": False} for i in range(1, FRAMES)]
+                    camera["per_frame"] = [{"frame": 0}] + [
+                        {"frame": i, "calibrated": False} for i in range(1, FRAMES)
+                    ]
 
             if count in (0, len(clip_cameras())) and way == "farthest":
                 row["farthest_db"] = row["nearest_db"]
@@ -302,7 +339,14 @@ def measure(quick):
     exact = {"lens": lens(), "half_turn": half_turn(), "day": day()}
     if quick:
         return exact
-    return exact | {"near_plane": near_plane(), "late": late(), "turned": turned(), "exposed": exposed(), "masked": masked(), "lost": lost()}
+    return exact | {
+        "near_plane": near_plane(),
+        "late": late(),
+        "turned": turned(),
+        "exposed": exposed(),
+        "masked": masked(),
+        "lost": lost(),
+    }
 
 
 def draw(results, folder):
@@ -319,10 +363,18 @@ def draw(results, folder):
         rows = results[name]["rows"]
         drawing.line(axis, 0, [r["x"] for r in rows], [r["db"] for r in rows])
         axis.set(title=title, xlabel=label, ylabel="PSNR of a view, dB")
-    draw_pair(panels[6], results["exposed"]["rows"], {"auto_db": "matched (default)", "off_db": "--match-colours off"})
+    draw_pair(
+        panels[6],
+        results["exposed"]["rows"],
+        {"auto_db": "matched (default)", "off_db": "--match-colours off"},
+    )
     panels[6].set(title="Unequal exposure", xlabel="stops either way", ylabel="PSNR of a view, dB")
-    draw_pair(panels[8], results["lost"]["rows"], {"farthest_db": "farthest first", "nearest_db": "nearest first"})
-    panels[8].set(title="Cameras that drop out", xlabel="of 7 cameras without calibration", ylabel="PSNR of a view, dB")
+    draw_pair(
+        panels[8], results["lost"]["rows"], {"farthest_db": "farthest first", "nearest_db": "nearest first"}
+    )
+    panels[8].set(
+        title="Cameras that drop out", xlabel="of 7 cameras without calibration", ylabel="PSNR of a view, dB"
+    )
     drawing.words(panels[8], 7, results["lost"]["rows"][-1]["nearest_db"], "colours\nof vertices", (-42, 14))
     drawing.save(figure, folder / "stability-camera.svg")
 
@@ -335,12 +387,22 @@ def draw_pair(axis, rows, names):
 
 def draw_lens(axis, found):
     rows, floor = found["rows"], 1e-13
-    drawing.line(axis, 1, [r["radius"] for r in rows], [max(r["plain_error_px"], floor) for r in rows], "fixed point, 20 rounds")
+    drawing.line(
+        axis,
+        1,
+        [r["radius"] for r in rows],
+        [max(r["plain_error_px"], floor) for r in rows],
+        "fixed point, 20 rounds",
+    )
     ours = [r for r in rows if "error_px" in r]
     drawing.line(axis, 0, [r["radius"] for r in ours], [max(r["error_px"], floor) for r in ours], "libfvv")
     axis.set_yscale("log")
     drawing.mark(axis, 1, "refused", 0.5)
-    axis.set(title=f"Lens beyond its radius (k1 = {found['k1']:g})", xlabel="distance from the axis, r_max", ylabel="pixel and back: error, px")
+    axis.set(
+        title=f"Lens beyond its radius (k1 = {found['k1']:g})",
+        xlabel="distance from the axis, r_max",
+        ylabel="pixel and back: error, px",
+    )
     axis.legend(loc="upper left")
 
 
@@ -351,13 +413,22 @@ def draw_half_turn(axis, rows):
     drawing.logarithmic(axis, "x")
     axis.set_xticks([1e-8, 1e-6, 1e-4, 1e-2, 1, 90], ["1e-8", "1e-6", "1e-4", "0.01", "1", "90"])
     axis.set_yscale("log")
-    axis.set(title="Rotation near 180 degrees", xlabel="degrees that are missing to 180", ylabel="error, px (focal length 1,000)")
+    axis.set(
+        title="Rotation near 180 degrees",
+        xlabel="degrees that are missing to 180",
+        ylabel="error, px (focal length 1,000)",
+    )
     axis.legend(loc="upper right")
 
 
 def draw_day(axis, rows):
     x, floor = [r["hours"] for r in rows], 1e-9
-    names = {"decimal_ms": "29.97 per second", "float32_ms": "seconds in float32", "double_ms": "seconds in double", "fvv_ms": "fvv (exact: 0)"}
+    names = {
+        "decimal_ms": "29.97 per second",
+        "float32_ms": "seconds in float32",
+        "double_ms": "seconds in double",
+        "fvv_ms": "fvv (exact: 0)",
+    }
     for number, (name, label) in zip((1, 2, 3, 0), names.items()):
         drawing.line(axis, number, x, [max(r[name], floor) for r in rows], label)
     drawing.logarithmic(axis, "x", (0.001, 0.01, 0.1, 1, 24))
@@ -371,7 +442,11 @@ def draw_near(axis, rows):
     drawing.line(axis, 0, [r["nearest_mm"] for r in rows], [r["wrong_percent"] for r in rows])
     drawing.logarithmic(axis, "x", (1, 10, 100, 1000))
     drawing.mark(axis, NEAR_MM, "nothing nearer is drawn", 0.9)
-    axis.set(title="Near plane", xlabel="depth of the nearest point of a floor, mm", ylabel="pixels drawn wrongly, %")
+    axis.set(
+        title="Near plane",
+        xlabel="depth of the nearest point of a floor, mm",
+        ylabel="pixels drawn wrongly, %",
+    )
     axis.set_ylim(0, None)
 
 
@@ -381,7 +456,9 @@ def fall(rows, name="db", at=-1):
 
 def text(results):
     lens_, turn, time = results["lens"]["rows"], results["half_turn"]["rows"], results["day"]["rows"]
-    late_, turned_, exposed_, masked_, lost_ = (results[n]["rows"] for n in ("late", "turned", "exposed", "masked", "lost"))
+    late_, turned_, exposed_, masked_, lost_ = (
+        results[n]["rows"] for n in ("late", "turned", "exposed", "masked", "lost")
+    )
     ours = max(r["error_px"] for r in lens_ if "error_px" in r)
     wrong = results["near_plane"]["rows"]
     near = max(r["wrong_percent"] for r in wrong if r["nearest_mm"] > NEAR_MM)

@@ -79,7 +79,9 @@ def topology():
         changed = []
         for i, mesh in enumerate(meshes):
             changed.append(renamed(mesh, np.random.default_rng(i // length)))
-        summary, _, decoded = pack(f"run{length}", changed, "--max-error", "1mm", "--keep-geometry", "--group", len(meshes))
+        summary, _, decoded = pack(
+            f"run{length}", changed, "--max-error", "1mm", "--keep-geometry", "--group", len(meshes)
+        )
         off = math.sqrt(sum(squared_distance(d[0], s[0]) for d, s in zip(decoded, meshes)) / len(meshes))
         rows.append({"run": length, "bytes": summary["mesh"]["bytes"] / len(meshes), "keys": summary["mesh"]["key"]["frames"],
                      "rms_mm": 1000 * off})  # fmt: skip
@@ -98,7 +100,10 @@ def squared_distance(points, others):
 def thin():
     """A plate, turned in space, as a lattice of STEP_MM alone and as the same budget with decimation leave it."""
     turn = harm.rotation_by((1, 2, 3), 0.7)
-    ways = {"lattice": ("--keep-geometry", "--step", f"{STEP_MM}mm"), "decimated": ("--max-error", f"{STEP_MM / 2}mm")}
+    ways = {
+        "lattice": ("--keep-geometry", "--step", f"{STEP_MM}mm"),
+        "decimated": ("--max-error", f"{STEP_MM / 2}mm"),
+    }
     rows = []
     for thickness in THICKNESS:
         vertices, faces = harm.plate(0.6, thickness * STEP_MM / 1000, 60)
@@ -125,7 +130,10 @@ def specks():
     for radius in SPECKS_MM:
         parts = [ball] + [(small[0] * radius / 500 + place, small[1]) for place in away]
         starts = np.cumsum([0] + [len(v) for v, _ in parts[:-1]])
-        mesh = np.vstack([v for v, _ in parts]), np.vstack([f + start for (_, f), start in zip(parts, starts)])
+        mesh = (
+            np.vstack([v for v, _ in parts]),
+            np.vstack([f + start for (_, f), start in zip(parts, starts)]),
+        )
         row = {"radius_mm": radius}
         for way, options in {"decimated": (), "kept": ("--keep-geometry",)}.items():
             _, code, decoded = pack("specks", [mesh], "--max-error", f"{BUDGET_MM}mm", *options)
@@ -186,7 +194,14 @@ def outliers():
 def measure(quick):
     if quick:
         return {"topology": topology()}
-    return {"chain": chain(), "topology": topology(), "thin": thin(), "specks": specks(), "noise": noise(), "outliers": outliers()}
+    return {
+        "chain": chain(),
+        "topology": topology(),
+        "thin": thin(),
+        "specks": specks(),
+        "noise": noise(),
+        "outliers": outliers(),
+    }
 
 
 def draw(results, folder):
@@ -204,8 +219,14 @@ def draw_chain(axis, found):
     rows = found["rows"]
     drawing.line(axis, 0, [r["frame"] for r in rows], [r["rms_mm"] for r in rows], "rms", markersize=3)
     drawing.line(axis, 1, [r["frame"] for r in rows], [r["max_mm"] for r in rows], "largest", markersize=3)
-    axis.axhline(found["bound_mm"], color=drawing.BLACK, linewidth=0.8, linestyle="--", label="bound of the encoder")
-    axis.set(title="Long chains of delta frames", xlabel="frames since the key frame", ylabel="error, mm (step 1 mm)")
+    axis.axhline(
+        found["bound_mm"], color=drawing.BLACK, linewidth=0.8, linestyle="--", label="bound of the encoder"
+    )
+    axis.set(
+        title="Long chains of delta frames",
+        xlabel="frames since the key frame",
+        ylabel="error, mm (step 1 mm)",
+    )
     axis.set_ylim(0, 1.5 * found["bound_mm"])
     axis.legend(loc="upper right")
 
@@ -225,7 +246,9 @@ def draw_thin(axis, found):
     rows = found["rows"]
     for number, (way, label) in enumerate((("lattice", "lattice alone"), ("decimated", "with decimation"))):
         some = [r for r in rows if f"{way}_turned_percent" in r]
-        drawing.line(axis, number, [r["steps"] for r in some], [r[f"{way}_turned_percent"] for r in some], label)
+        drawing.line(
+            axis, number, [r["steps"] for r in some], [r[f"{way}_turned_percent"] for r in some], label
+        )
     warned = [r["steps"] for r in rows if r["lattice_code"] == 3]
     if warned:
         drawing.mark(axis, max(warned), "fvvmux\nwarns\nup to here", 0.75, side="right")
@@ -285,7 +308,11 @@ def silently(rows, way):
     """How many cases with losses have no warning, in words."""
     lost = [r for r in rows if r[f"{way}_percent"] < 100]
     silent = sum(r[f"{way}_code"] == 0 for r in lost)
-    return f"without a warning in {silent} of {len(lost)} cases" if silent else f"with a warning in all {len(lost)} cases"
+    return (
+        f"without a warning in {silent} of {len(lost)} cases"
+        if silent
+        else f"with a warning in all {len(lost)} cases"
+    )
 
 
 def text(results):
@@ -323,8 +350,16 @@ def text(results):
         f"- Noise of {noisy[-1]['mm']} mm takes {noisy[-1]['bytes'] / noisy[0]['bytes']:.1f} times the bytes of an exact mesh, and the view loses "
         f"{noisy[0]['psnr_db'] - noisy[-1]['psnr_db']:.1f} dB ({noisy[0]['psnr_db']:.1f} dB without).",
         "- Stray vertices: one far away costs the others nothing"
-        + (f" up to {max(r['distance_m'] for r in far if 'rms_mm' in r):,.0f} m, and is refused from {min(refused):,.0f} m on" if refused else "")
-        + (f"; up to {max(fine):g} % of all vertices can be far away before the lattice becomes coarse." if fine else "."),
+        + (
+            f" up to {max(r['distance_m'] for r in far if 'rms_mm' in r):,.0f} m, and is refused from {min(refused):,.0f} m on"
+            if refused
+            else ""
+        )
+        + (
+            f"; up to {max(fine):g} % of all vertices can be far away before the lattice becomes coarse."
+            if fine
+            else "."
+        ),
     ]
     return "\n".join(lines)
 

@@ -70,7 +70,11 @@ def distances():
                 row[f"{meshes}_{samples}_db"] = psnr(truth, picture, mask)
         if factor > 1:
             small = Image.open(filmed["480x270"][0]).convert("RGB")
-            enlarged = np.asarray(small.resize(truth.shape[::-1], Image.Resampling.BICUBIC), float) @ [0.2126, 0.7152, 0.0722]
+            enlarged = np.asarray(small.resize(truth.shape[::-1], Image.Resampling.BICUBIC), float) @ [
+                0.2126,
+                0.7152,
+                0.0722,
+            ]
             row["camera_db"] = psnr(truth, enlarged, mask)
         rows.append(row)
     return {"rows": rows}
@@ -87,7 +91,15 @@ def walk():
         row = {"threshold": threshold}
         for meshes in MESHES:
             pictures = [
-                views.draw(stream_of(meshes), FRAME, arc.options(view), lab.WORK / "view.png", "--threshold", threshold) for view in WALK
+                views.draw(
+                    stream_of(meshes),
+                    FRAME,
+                    arc.options(view),
+                    lab.WORK / "view.png",
+                    "--threshold",
+                    threshold,
+                )
+                for view in WALK
             ]
             row[f"{meshes}_change"], row[f"{meshes}_jumps"] = view_quality.changes(pictures, masks) / truth
         rows.append(row)
@@ -102,28 +114,61 @@ def draw(results, folder):
     figure, panels = drawing.sheet(3, 1, 3.6, 3.0)
     rows = results["angles"]["rows"]
     for number, (meshes, label) in enumerate(MESHES.items()):
-        drawing.line(panels[0], number, [r["degrees"] for r in rows], [r[f"{meshes}_db"] for r in rows], label, linestyle="")
-    panels[0].set(title="Away from the nearest camera", xlabel="degrees from the nearest camera", ylabel="PSNR inside, dB")
+        drawing.line(
+            panels[0],
+            number,
+            [r["degrees"] for r in rows],
+            [r[f"{meshes}_db"] for r in rows],
+            label,
+            linestyle="",
+        )
+    panels[0].set(
+        title="Away from the nearest camera",
+        xlabel="degrees from the nearest camera",
+        ylabel="PSNR inside, dB",
+    )
     panels[0].legend(loc="best")
     rows = results["distances"]["rows"]
     for number, (meshes, label) in enumerate(MESHES.items()):
-        drawing.line(panels[1], number, [r["factor"] for r in rows], [r[f"{meshes}_1_db"] for r in rows], label)
+        drawing.line(
+            panels[1], number, [r["factor"] for r in rows], [r[f"{meshes}_1_db"] for r in rows], label
+        )
     far = [r for r in rows if "tracked_3_db" in r]
-    drawing.line(panels[1], 2, [r["factor"] for r in far], [r["tracked_3_db"] for r in far], "exact, --samples 3", linestyle=":")
+    drawing.line(
+        panels[1],
+        2,
+        [r["factor"] for r in far],
+        [r["tracked_3_db"] for r in far],
+        "exact, --samples 3",
+        linestyle=":",
+    )
     near = [r for r in rows if "camera_db" in r]
-    drawing.line(panels[1], 6, [r["factor"] for r in near], [r["camera_db"] for r in near], "a camera there, enlarged", linestyle=":")
+    drawing.line(
+        panels[1],
+        6,
+        [r["factor"] for r in near],
+        [r["camera_db"] for r in near],
+        "a camera there, enlarged",
+        linestyle=":",
+    )
     drawing.logarithmic(panels[1], "x", (0.25, 0.5, 1, 2, 4))
-    panels[1].set(title="Near and far", xlabel="pixels of the viewer for one of a camera", ylabel="PSNR inside, dB")
+    panels[1].set(
+        title="Near and far", xlabel="pixels of the viewer for one of a camera", ylabel="PSNR inside, dB"
+    )
     panels[1].legend(loc="best")
     rows = results["walk"]["rows"]
     for number, (meshes, label) in enumerate(MESHES.items()):
         x = [r["threshold"] for r in rows]
         drawing.line(panels[2], number, x, [r[f"{meshes}_jumps"] for r in rows], f"{label}, jumps")
-        drawing.line(panels[2], number + 2, x, [r[f"{meshes}_change"] for r in rows], f"{label}, change", linestyle=":")
+        drawing.line(
+            panels[2], number + 2, x, [r[f"{meshes}_change"] for r in rows], f"{label}, change", linestyle=":"
+        )
     panels[2].axhline(1, color=drawing.BLACK, linewidth=0.8, linestyle="--")
     drawing.mark(panels[2], 0.05, "default", 0.99)
     drawing.mark(panels[2], 0.25, "WHP 235", 0.99)
-    panels[2].set(title="While the viewer walks", xlabel="threshold of the cosine", ylabel="ratio to the truth (dashed)")
+    panels[2].set(
+        title="While the viewer walks", xlabel="threshold of the cosine", ylabel="ratio to the truth (dashed)"
+    )
     panels[2].legend(loc="best")
     drawing.save(figure, folder / "stability-view.svg")
 
