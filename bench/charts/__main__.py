@@ -10,12 +10,25 @@ import time
 from . import drawing, lab, report
 
 # Experiments of other modules follow, by the modules' names.
-ORDER = "system", "mesh", "texture", "visibility", "cameras", "rungs", "calibration", "paper", "growth"
+ORDER = (
+    "system",
+    "mesh",
+    "texture",
+    "visibility",
+    "cameras",
+    "rungs",
+    "groups",
+    "calibration",
+    "paper",
+    "growth",
+)
 
 
 def all_experiments():
     """Those of all modules of this folder that list some."""
-    names = [m.name for m in pkgutil.iter_modules([str(pathlib.Path(__file__).parent)]) if m.name != "__main__"]
+    names = [
+        m.name for m in pkgutil.iter_modules([str(pathlib.Path(__file__).parent)]) if m.name != "__main__"
+    ]
     names.sort(key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
     modules = [importlib.import_module(f"{__package__}.{name}") for name in names]
     return [e for module in modules for e in getattr(module, "EXPERIMENTS", ())]
@@ -50,13 +63,19 @@ def main():
     experiments = all_experiments()
     parser = argparse.ArgumentParser(prog="./run charts", description="Measure, draw, and write docs/charts.")
     parser.add_argument("names", nargs="*", metavar="NAME", help="experiments; default: all")
-    parser.add_argument("--quick", action="store_true", help="headline figures alone; exit code 1 when one is worse")
-    parser.add_argument("--accept", action="store_true", help="with --quick: write docs/charts/headlines.json")
+    parser.add_argument(
+        "--quick", action="store_true", help="headline figures alone; exit code 1 when one is worse"
+    )
+    parser.add_argument(
+        "--accept", action="store_true", help="with --quick: write docs/charts/headlines.json"
+    )
     parser.add_argument("--draw", action="store_true", help="measure nothing; draw and write the page again")
     parser.add_argument("--list", action="store_true", help="print the experiments")
     arguments = parser.parse_args()
     if wrong := set(arguments.names) - {e.name for e in experiments}:
-        parser.error(f"no experiment {', '.join(sorted(wrong))}; there are {', '.join(e.name for e in experiments)}")
+        parser.error(
+            f"no experiment {', '.join(sorted(wrong))}; there are {', '.join(e.name for e in experiments)}"
+        )
     if arguments.accept and (arguments.names or not arguments.quick):
         parser.error("--accept goes with --quick and no names")
     chosen = [e for e in experiments if not arguments.names or e.name in arguments.names]
@@ -73,7 +92,9 @@ def main():
         if record := lab.load(experiment.name):
             with drawing.styled():
                 experiment.draw(record["results"], lab.PAGES)
-            print(f"{experiment.name}: {report.first_sentence(experiment.text(record['results']))}", flush=True)
+            print(
+                f"{experiment.name}: {report.first_sentence(experiment.text(record['results']))}", flush=True
+            )
     (lab.PAGES / "README.md").write_text(report.page(experiments))
     return 0
 

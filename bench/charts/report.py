@@ -2,6 +2,7 @@
 
 import json
 import re
+import textwrap
 
 from . import lab
 
@@ -23,6 +24,20 @@ def first_sentence(text):
     """The bold sentence of an experiment's text, which says what its chart means."""
     found = re.search(r"\*\*(.+?)\*\*", text, re.S)
     return " ".join(found.group(1).split()) if found else ""
+
+
+def wrapped(text):
+    """Paragraphs in lines of the same length; tables, lists, pictures and headings as they are."""
+    out = []
+    for paragraph in text.strip().split("\n\n"):
+        if not paragraph.startswith(("|", "-", "!", "#", "<")):
+            paragraph = "\n".join(
+                textwrap.wrap(
+                    " ".join(paragraph.split()), 130, break_long_words=False, break_on_hyphens=False
+                )
+            )
+        out.append(paragraph)
+    return "\n\n".join(out)
 
 
 def pictures(text):
@@ -50,13 +65,18 @@ def page(experiments):
     texts = [e.text(record["results"]) for e, record in found]
     lines = [HEAD.format(tolerance=100 * TOLERANCE), "## What they say", ""]
     lines += [f"- [{e.title}](#{anchor(e.title)}): {first_sentence(t)}" for (e, _), t in zip(found, texts)]
-    lines += ["", "## Defaults and the charts that justify them", "", "| option | default | what the chart says |"]
+    lines += [
+        "",
+        "## Defaults and the charts that justify them",
+        "",
+        "| option | default | what the chart says |",
+    ]
     lines += ["|---|---|---|"]
     for e, record in found:
         for option, default, verdict in e.defaults(record["results"]):
             lines.append(f"| `{option}` | {default} | [{e.name}](#{anchor(e.title)}): {verdict} |")
     for (e, record), text in zip(found, texts):
-        lines += ["", f"## {e.title}", "", text.strip(), "", origin(record)]
+        lines += ["", f"## {e.title}", "", wrapped(text), "", origin(record)]
     return "\n".join(lines) + "\n"
 
 

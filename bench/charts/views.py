@@ -12,6 +12,7 @@ whose centre is in the region. Flicker is the rms of what the drawn picture chan
 changes by, over pixels that are in both true silhouettes, in levels of 255.
 """
 
+import copy
 import json
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -38,6 +39,12 @@ class Arc:
         )
         cameras = json.loads((self.folder / "capture.json").read_text())["cameras"]
         self.cameras = {view: cameras[view] for view in self.views}
+
+    def only(self, view):
+        """This arc with one of its views."""
+        one = copy.copy(self)
+        one.views = (view,)
+        return one
 
     def truth(self, view, frame):
         """Luma and silhouette."""

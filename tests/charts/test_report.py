@@ -52,6 +52,6 @@ def test_every_experiment_has_results_pictures_and_a_sentence():
 
 
 def test_the_page_is_that_of_the_stored_results():
-    assert (lab.PAGES / "README.md").read_text() == report.page(command.all_experiments()), (
-        "./run charts --draw"
-    )
+    assert (lab.PAGES / "README.md").read_text() == report.page(
+        command.all_experiments()
+    ), "./run charts --draw"

@@ -1,0 +1,135 @@
+"""The ladder of quality: what each rung costs, and how its view from between two cameras compares with one stream of that size."""
+
+from . import drawing, lab, numbers, system, views
+
+LADDER = 1, 0.75, 0.5, 0.25
+QUALITIES = 27, 30, 33, 36, 39, 42
+FRAMES = system.FRAMES
+
+
+def measure(quick):
+    if quick:
+        return None
+    arc = views.Arc(FRAMES, system.VIEWS)
+    out = {"frames": FRAMES, "meshes": {}}
+    for meshes in system.MESHES:
+        source = system.clip(meshes)
+        made = lab.packed(source, "--ladder", ",".join(map(str, LADDER)))
+        rungs = []
+        for rung in made.summary["ladder"]:
+            size = rung["picture_bytes"] + sum(
+                rung["meshes"][k] for k in ("bytes", "visibility_bytes", "colours_bytes")
+            )
+            row = {
+                "scale": rung["scale"],
+                "bytes_per_frame": size / FRAMES,
+                "own_meshes": rung["meshes"]["rung"] == rung["rung"],
+            }
+            rungs.append(row | views.measure(made.path, arc, "--rung", rung["rung"]))
+        single = []
+        for quality in QUALITIES:
+            one = lab.packed(source, "--quality", f"{quality}dB")
+            found = lab.parts(one.summary)
+            size = sum(found[f"{k}_bytes"] for k in ("pictures", "meshes", "visibility", "colours"))
+            single.append({"quality_db": quality, "bytes_per_frame": size, **views.measure(one.path, arc)})
+        out["meshes"][meshes] = {
+            "rungs": rungs,
+            "single": single,
+            "bytes_per_frame": made.summary["bytes"] / FRAMES,
+        }
+    return out
+
+
+def draw(results, folder):
+    figure, panels = drawing.sheet(2, 1, 4.6, 3.5)
+    for axis, (meshes, found) in zip(panels, results["meshes"].items()):
+        for number, (what, label) in enumerate(
+            (
+                ("rungs", "rungs of one ladder, by their size"),
+                ("single", "streams at full size, by their quality"),
+            )
+        ):
+            rows = found[what]
+            drawing.line(
+                axis,
+                number,
+                [r["bytes_per_frame"] / 1000 for r in rows],
+                [r["psnr_inside_db"] for r in rows],
+                label,
+            )
+            for r in rows:
+                words = f"{r['scale']:g}" if what == "rungs" else f"{r['quality_db']} dB"
+                at = r["bytes_per_frame"] / 1000, r["psnr_inside_db"]
+                drawing.words(
+                    axis,
+                    *at,
+                    words,
+                    (0, -12) if what == "rungs" else (0, 6),
+                    drawing.COLOURS[number],
+                    ha="center",
+                )
+        low, high = axis.get_ylim()
+        axis.set_ylim(low - 0.25 * (high - low), high + 0.1 * (high - low))
+        drawing.logarithmic(axis, "x", (2, 5, 10, 20, 50))
+        axis.set_title(system.TITLES[meshes])
+        axis.set_xlabel("kB per frame that a player takes")
+        axis.set_ylabel("PSNR of a held-out view, inside, dB")
+        axis.legend(loc="lower right")
+    drawing.save(figure, folder / "rungs.svg")
+
+
+def rates(found):
+    """Bytes of the rungs over those of single streams of the same held-out PSNR, minus 1, in percent."""
+    return numbers.bd_rate(
+        *([(r["bytes_per_frame"], r["psnr_inside_db"]) for r in found[w]] for w in ("single", "rungs"))
+    )
+
+
+def text(results):
+    lines = [
+        "| meshes | rung | kB per frame | PSNR inside | over the box | flicker |",
+        "|---|---|---|---|---|---|",
+    ]
+    for meshes, found in results["meshes"].items():
+        for r in found["rungs"]:
+            lines.append(
+                f"| {meshes} | {r['scale']:g} | {r['bytes_per_frame'] / 1000:.1f} | {r['psnr_inside_db']:.2f} dB | {r['psnr_box_db']:.2f} dB | {r['flicker']:.1f} |"
+            )
+    table = "\n".join(lines)
+
+    def each(value):
+        return " and ".join(f"{value(f)} ({m})" for m, f in results["meshes"].items())
+
+    def half(f):
+        first, rung = f["rungs"][0], next(r for r in f["rungs"] if r["scale"] == 0.5)
+        return f"{100 * rung['bytes_per_frame'] / first['bytes_per_frame']:.0f} % of the bytes and {first['psnr_inside_db'] - rung['psnr_inside_db']:.2f} dB less"
+
+    def against(f):
+        rate = rates(f)
+        return "no common range of quality" if rate is None else f"{rate:+.0f} % bytes"
+
+    return f"""![PSNR of a held-out view over the bytes of each rung](rungs.svg)
+
+**A rung of half the size takes {each(half)} in a view that no camera filmed.** Against streams of the full size and a lower quality, at the same PSNR of
+that view, rungs take {each(against)}: a player without a narrow link gains nothing from a rung, but decodes and
+uploads fewer pixels. Bytes are what a player takes: pictures, meshes, visibility and colours.
+
+{table}
+
+Input and views are those of [the error budget](#the-error-budget). Qualities of lower rungs follow the rule of `--ladder`, 9 dB less for half the size."""
+
+
+def defaults(results):
+    said = ", ".join(
+        f"{m} {'-' if (r := rates(f)) is None else f'{r:+.0f} %'}" for m, f in results["meshes"].items()
+    )
+    return [
+        (
+            "fvvmux --ladder",
+            "none",
+            f"bytes of rungs against full-size streams of the same held-out PSNR: {said}",
+        )
+    ]
+
+
+EXPERIMENTS = (lab.Experiment("rungs", "Rungs of the ladder", measure, draw, text, defaults=defaults),)
