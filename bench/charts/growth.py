@@ -184,7 +184,14 @@ def draw(results, folder):
         x = [row["x"] for row in rows]
         for number, (cost, label) in enumerate(COSTS.items()):
             drawing.line(axis, number, x, [row[cost] / rows[0][cost] for row in rows], label)
-        axis.plot(x, [value / x[0] for value in x], color=drawing.BLACK, linewidth=0.8, linestyle="--", label="linear")
+        axis.plot(
+            x,
+            [value / x[0] for value in x],
+            color=drawing.BLACK,
+            linewidth=0.8,
+            linestyle="--",
+            label="linear",
+        )
         drawing.logarithmic(axis, "x", TICKS.get(name, [v for v in DECADES if x[0] / 2 <= v <= x[-1]]))
         axis.xaxis.set_major_formatter(drawing.FuncFormatter(short))
         drawing.logarithmic(axis, "y")

@@ -284,4 +284,14 @@ def headlines(results):
     return {"wrong_frames": sum(r["wrong"] for r in rows), "unnoticed_losses": sum(r["silent"] for r in rows)}
 
 
-EXPERIMENTS = (lab.Experiment("stability-link", "Where links break", measure, draw, text, headlines),)
+def defaults(results):
+    rows = {
+        g: next(r for r in found if r["percent"] == 1) for g, found in results["losses"]["groups"].items()
+    }
+    said = ", ".join(f"{rows[g]['frames_lost_percent']:.0f} % in groups of {g}" for g in ("5", "25", "150"))
+    return [("fvvmux --group", "1 s", f"frames lost with 1 % of the chunks: {said}")]
+
+
+EXPERIMENTS = (
+    lab.Experiment("stability-link", "Where links break", measure, draw, text, headlines, defaults),
+)
