@@ -86,7 +86,7 @@ def run(name, *arguments):
     """
     command = [str(lab.program(name)), *map(str, arguments), "--threads", "1"]
     with tempfile.TemporaryFile("w+") as out:
-        child, peak = subprocess.Popen(command, stdout=out), 0.0
+        child, peak = subprocess.Popen(command, stdout=out, stderr=subprocess.DEVNULL), 0.0
         while not os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
             with contextlib.suppress(TypeError):  # it ends at this moment
                 peak = serve.peak_memory(child.pid)
@@ -94,7 +94,7 @@ def run(name, *arguments):
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
         if child.returncode not in (0, 3):
-            raise lab.Failed([name, *arguments], child.returncode, "see above")
+            raise lab.Failed([name, *arguments], child.returncode, "run it for its reason")
         out.seek(0)
         return usage.ru_utime + usage.ru_stime, peak, out.read()
 
