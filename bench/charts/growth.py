@@ -229,13 +229,14 @@ def text(results):
     else:
         verdict = "Nothing grows faster than its parameter"
     rows, last = results["rows"], {name: found[-1] for name, found in results["rows"].items()}
-    first = rows["frames"][0]
+    first, end = rows["frames"][0], rows["frames"][-1]
+    each = 1024 * (end["mux_mib"] - first["mux_mib"]) / (end["x"] - first["x"])
     lines = [
         "![Costs over frames, cameras, triangles and pixels](growth.svg)",
         "",
-        f"**{verdict}; memory of `fvvmux` goes from {first['mux_mib']:.0f} to {last['frames']['mux_mib']:.0f} MiB from "
-        f"{first['x']} to {last['frames']['x']:,} frames.** Exponents are fitted to the largest three points of each line; 1 is linear, 0 constant, "
-        f"and above {SUPER_LINEAR:g} counts as super-linear.",
+        f"**{verdict}; every frame adds {each:.1f} KiB to the memory of `fvvmux`, which takes {first['mux_mib']:.0f} MiB for "
+        f"{first['x']} frames and {end['mux_mib']:.0f} MiB for {end['x']:,}.** Exponents are fitted to the largest three points of each line; 1 is "
+        f"linear, 0 constant, and above {SUPER_LINEAR:g} counts as super-linear.",
         "",
         "| with | largest | " + " | ".join(COSTS.values()) + " |",
         "|---|---|" + "---|" * len(COSTS),
