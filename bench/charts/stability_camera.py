@@ -375,7 +375,9 @@ def draw(results, folder):
     panels[8].set(
         title="Cameras that drop out", xlabel="of 7 cameras without calibration", ylabel="PSNR of a view, dB"
     )
-    drawing.words(panels[8], 7, results["lost"]["rows"][-1]["nearest_db"], "colours\nof vertices", (-42, 14))
+    drawing.words(
+        panels[8], 7, results["lost"]["rows"][-1]["nearest_db"], "7: colours\nof vertices", (-62, 46)
+    )
     drawing.save(figure, folder / "stability-camera.svg")
 
 
@@ -392,12 +394,12 @@ def draw_lens(axis, found):
         1,
         [r["radius"] for r in rows],
         [max(r["plain_error_px"], floor) for r in rows],
-        "fixed point, 20 rounds",
+        "fixed point",
     )
     ours = [r for r in rows if "error_px" in r]
     drawing.line(axis, 0, [r["radius"] for r in ours], [max(r["error_px"], floor) for r in ours], "libfvv")
     axis.set_yscale("log")
-    drawing.mark(axis, 1, "refused", 0.5)
+    drawing.mark(axis, 1, "libfvv refuses", 0.4)
     axis.set(
         title=f"Lens beyond its radius (k1 = {found['k1']:g})",
         xlabel="distance from the axis, r_max",
@@ -418,7 +420,7 @@ def draw_half_turn(axis, rows):
         xlabel="degrees that are missing to 180",
         ylabel="error, px (focal length 1,000)",
     )
-    axis.legend(loc="upper right")
+    axis.legend(loc="lower left")
 
 
 def draw_day(axis, rows):
@@ -485,7 +487,7 @@ def text(results):
         f"- Exposure: {exposed_[-1]['x']} stops cost {fall(exposed_, 'auto_db'):.1f} dB with `--match-colours auto` and {fall(exposed_, 'off_db'):.1f} dB "
         "without it (the rig as a whole keeps its mean, which is not that of the truth).",
         f"- Masks: {-cut['x']} px too small cost {best['db'] - cut['db']:.1f} dB; {wide['x']} px too large {best['db'] - wide['db']:.1f} dB and "
-        f"{100 * (wide['bytes'] / best['bytes'] - 1):.0f} % more bytes.",
+        f"{100 * (wide['bytes'] / best['bytes'] - 1):.0f} % more bytes, so an uncertain mask should rather be too large.",
         f"- Drop-outs: without the nearest camera the view loses {fall(lost_, 'nearest_db', 1):.1f} dB, without the farthest "
         f"{fall(lost_, 'farthest_db', 1):.1f} dB; with none left it falls back to colours of vertices, {lost_[-1]['nearest_db']:.1f} dB.",
         "",
