@@ -6,9 +6,9 @@ import numpy as np
 
 from . import drawing, lab, views
 
-FRAMES = 4
+FRAMES = 2
 RIG = 10
-VIEWS = 0, 10, 20, 30
+VIEWS = 0, 15, 30
 BEST = 1, 2, 3, 4, 5, 6, 8
 NEAREST = 1, 2, 3, 4, 6, 8, 10
 THRESHOLDS = 0.0, 0.05, 0.1, 0.15, 0.25, 0.35, 0.45, 0.6

@@ -251,18 +251,18 @@ def draw_sizes(results, folder):
         paper = found["paper"]
         at = paper["all_bytes"] / 1000, paper["psnr_inside_db"]
         axis.plot(*at, color=drawing.BLACK, marker="X", linestyle="", markersize=8)
-        drawing.words(axis, *at, "WHP 235's encoding\nof the same clip", (-4, 9), ha="right")
+        drawing.words(axis, *at, "WHP 235's\nencoding", (0, -26), ha="center")
         drawing.mark(
             axis,
             results["published"]["bytes"] / 1000,
-            "size of the clip\nin WHP 235\n(another scene)",
-            0.2,
+            "size that WHP 235\nreports for its\nown clip",
+            0.66,
             side="right",
         )
-        drawing.logarithmic(axis, "x", (10, 30, 100, 300, 1000))
-        axis.set_xlim(9, 2200)
+        drawing.logarithmic(axis, "x", (5, 10, 30, 100, 300, 1000))
+        axis.set_xlim(3.5, 4000)
         low, high = axis.get_ylim()
-        axis.set_ylim(low - 0.1 * (high - low), high + 0.12 * (high - low))
+        axis.set_ylim(low - 0.2 * (high - low), high + 0.12 * (high - low))
         axis.set_title(TITLES[meshes])
         axis.set_xlabel("kB per frame, all of the stream")
         axis.set_ylabel("PSNR of a held-out view, inside, dB")

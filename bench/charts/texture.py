@@ -15,7 +15,7 @@ from real_capture import luma
 
 from . import drawing, lab, numbers, system
 
-FRAMES = 8
+FRAMES = 6
 SIZES = "480x270", "960x540"
 MODES = {
     "full": ("--crop", "none", "--background", "keep"),
@@ -40,6 +40,12 @@ def clip(size, frames=FRAMES):
     )
 
 
+def bounds(mask):
+    """The box around a silhouette with room for the windows of SSIM."""
+    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+    return slice(max(0, rows[0] - 6), rows[-1] + 7), slice(max(0, columns[0] - 6), columns[-1] + 7)
+
+
 def quality(source, stream):
     """Of all pictures of a stream against those of its capture."""
     folder = lab.WORK / "decoded" / stream.stem
@@ -56,7 +62,9 @@ def quality(source, stream):
             error = (truth - drawn) ** 2
             squares, pixels = squares + error[mask].sum(), pixels + mask.sum()
             whole.append(error.mean())
-            ssims.append(view_quality.ssim(np.where(mask, truth, GREY), np.where(mask, drawn, GREY), mask))
+            box = bounds(mask)
+            foreground = (np.where(mask, picture, GREY)[box] for picture in (truth, drawn))
+            ssims.append(view_quality.ssim(*foreground, mask[box]))
     shutil.rmtree(folder)
     return {
         "psnr_foreground_db": 10 * math.log10(255**2 / (squares / pixels)),
