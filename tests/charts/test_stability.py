@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from charts import growth, lab, stability_camera, stability_link, stability_mesh
+from charts import growth, stability_camera, stability_link, stability_mesh
 
 
 def test_clicks_are_found_where_the_clock_of_the_recorder_puts_them(tmp_path):
@@ -76,9 +76,9 @@ def test_super_linear_growth_is_named():
     ]
 
 
-def test_the_peak_of_a_tool_is_not_that_of_this_process():
-    ballast = np.ones(60 << 20, np.uint8)  # 60 MiB that fvvinfo does not have
+def test_the_peak_of_a_tool_is_not_that_of_this_process(tmp_path):
+    ballast = np.ones(60 << 20, np.uint8)  # 60 MiB that the tool does not have
     _, peak, _ = growth.run(
-        "fvvsynth", "-o", lab.WORK / "peak", "--frames", 1, "--size", "64x48", "--rig", "small", "--force"
+        "fvvsynth", "-o", tmp_path / "peak", "--frames", 1, "--size", "64x48", "--rig", "small", "--force"
     )
     assert 1 < peak < 60 and ballast.any()
