@@ -4,8 +4,8 @@
 //   fvvcodecs peers [--height METRES] [--up 0|1|2] --bits BITS[,...] FILE...
 // key: every file by itself. peers: the same by codecs of others (fvvpeers.cpp). delta: files after the first
 // as delta frames; all have the faces of the first, and bytes and times are those of the delta frames alone.
-// --height scales the sequence so that the first mesh has this height along the axis --up. Times are for one
-// thread, a mean over the frames of the faster of two runs (delta frames: of one).
+// --height scales the sequence so that the first mesh has this height along the axis --up. Times are of the
+// processor on one thread, a mean over the frames of the faster of two runs (delta frames: of one).
 #include "fvvcodecs.h"
 
 #include "fvv/mesh.h"

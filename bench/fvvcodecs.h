@@ -6,7 +6,7 @@
 #include "fvvcompare/measure.h"
 
 #include <algorithm>
-#include <chrono>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -48,10 +48,11 @@ struct Row {
   nlohmann::ordered_json json() const;
 };
 
+// Of the processor, so that other load on the machine changes it least: all codecs run on one thread.
 template <class Body> double seconds(const Body &body) {
-  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t begin = std::clock();
   body();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return double(std::clock() - begin) / CLOCKS_PER_SEC;
 }
 
 // The faster of two runs.

@@ -182,8 +182,8 @@ def defaults(results):
     need = ", ".join(f"{needed(results, widest, g)} of {g}" for g in GROUPS)
     return [
         (
-            "CALB, bits",
-            "25 of rotation, others by the writer",
+            "bits of moving cameras",
+            f"those for {TARGET:g} px",
             f"{need} keep {TARGET:g} px at {widest} pixels",
         )
     ]

@@ -28,7 +28,7 @@ def measure(quick):
             rungs.append(row | views.measure(made.path, arc, "--rung", rung["rung"]))
         single = []
         for quality in QUALITIES:
-            one = lab.packed(source, "--quality", f"{quality}dB")
+            one = lab.packed(source, "--codec", "h264", "--quality", f"{quality}dB")
             found = lab.parts(one.summary)
             size = sum(found[f"{k}_bytes"] for k in ("pictures", "meshes", "visibility", "colours"))
             single.append({"quality_db": quality, "bytes_per_frame": size, **views.measure(one.path, arc)})
@@ -58,19 +58,18 @@ def draw(results, folder):
                 label,
             )
             for r in rows:
-                words = f"{r['scale']:g}" if what == "rungs" else f"{r['quality_db']} dB"
                 at = r["bytes_per_frame"] / 1000, r["psnr_inside_db"]
-                drawing.words(
-                    axis,
-                    *at,
-                    words,
-                    (0, -12) if what == "rungs" else (0, 6),
-                    drawing.COLOURS[number],
-                    ha="center",
-                )
+                if what == "rungs":
+                    drawing.words(
+                        axis, *at, f"{r['scale']:g}", (0, -12), drawing.COLOURS[number], ha="center"
+                    )
+                elif r in (rows[0], rows[-1]):
+                    drawing.words(
+                        axis, *at, f"{r['quality_db']} dB", (0, 6), drawing.COLOURS[number], ha="center"
+                    )
         low, high = axis.get_ylim()
         axis.set_ylim(low - 0.25 * (high - low), high + 0.1 * (high - low))
-        drawing.logarithmic(axis, "x", (2, 5, 10, 20, 50))
+        drawing.logarithmic(axis, "x", (1, 2, 5, 10, 20, 50))
         axis.set_title(system.TITLES[meshes])
         axis.set_xlabel("kB per frame that a player takes")
         axis.set_ylabel("PSNR of a held-out view, inside, dB")
@@ -111,8 +110,9 @@ def text(results):
     return f"""![PSNR of a held-out view over the bytes of each rung](rungs.svg)
 
 **A rung of half the size takes {each(half)} in a view that no camera filmed.** Against streams of the full size and a lower quality, at the same PSNR of
-that view, rungs take {each(against)}: a player without a narrow link gains nothing from a rung, but decodes and
-uploads fewer pixels. Bytes are what a player takes: pictures, meshes, visibility and colours.
+that view, rungs take {each(against)}: for the same link a coarser quality of the full size would show more here than a smaller size does. The generated
+pictures are sharper than those of real cameras ([docs/fvvmux-ladder.md](../fvvmux-ladder.md#size-and-quality) has both), and a rung also spares a player
+pixels to decode and to upload, which this chart does not show. Bytes are what a player takes: pictures, meshes, visibility and colours.
 
 {table}
 

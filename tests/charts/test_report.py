@@ -12,8 +12,8 @@ def verdicts(committed, now):
 
 
 def test_a_figure_is_worse_beyond_the_tolerance_only():
-    committed = {"a": 100, "b": 100, "c": 100, "d": 100, "e": 0.0}
-    now = {"a": 104.9, "b": 105.1, "c": 90, "e": 0.0, "f": 1}
+    committed = {"a": 100, "b": 100, "c": 100, "d": 100, "e": 0.0, "time_over_x": 1, "time_over_y": 1}
+    now = {"a": 104.9, "b": 105.1, "c": 90, "e": 0.0, "f": 1, "time_over_x": 1.2, "time_over_y": 1.3}
     assert verdicts(committed, now) == {
         "a": "same",
         "b": "worse",
@@ -21,6 +21,8 @@ def test_a_figure_is_worse_beyond_the_tolerance_only():
         "d": "gone",
         "e": "same",
         "f": "new",
+        "time_over_x": "same",
+        "time_over_y": "worse",
     }
 
 
