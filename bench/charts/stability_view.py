@@ -155,7 +155,8 @@ def draw(results, folder):
     panels[1].set(
         title="Near and far", xlabel="pixels of the viewer for one of a camera", ylabel="PSNR inside, dB"
     )
-    panels[1].legend(loc="best")
+    panels[1].set_ylim(16.5, None)
+    panels[1].legend(loc="lower left")
     rows = results["walk"]["rows"]
     for number, (meshes, label) in enumerate(MESHES.items()):
         x = [r["threshold"] for r in rows]
@@ -164,12 +165,13 @@ def draw(results, folder):
             panels[2], number + 2, x, [r[f"{meshes}_change"] for r in rows], f"{label}, change", linestyle=":"
         )
     panels[2].axhline(1, color=drawing.BLACK, linewidth=0.8, linestyle="--")
-    drawing.mark(panels[2], 0.05, "default", 0.99)
-    drawing.mark(panels[2], 0.25, "WHP 235", 0.99)
+    drawing.mark(panels[2], 0.05, "default", 0.56)
+    drawing.mark(panels[2], 0.25, "WHP 235", 0.56)
+    panels[2].set_ylim(0.6, 1.25)
     panels[2].set(
         title="While the viewer walks", xlabel="threshold of the cosine", ylabel="ratio to the truth (dashed)"
     )
-    panels[2].legend(loc="best")
+    panels[2].legend(loc="upper right")
     drawing.save(figure, folder / "stability-view.svg")
 
 
