@@ -140,12 +140,13 @@ def text(results):
     return f"""![PSNR of held-out views over the number of cameras and the threshold](cameras.svg)
 
 **Three cameras at a place are enough: more would give at most {max(g['best'] for g in found.values()):.2f} dB, a single one loses {each('{one:.2f} dB')}.** WHP 235
-says three as well. Ranking cameras by the viewer's direction is better than by the surface's normal by {each('{ranking:.2f} dB')}, with three cameras and the
-threshold of each rule (WHP 235: cosine of 0.25, by the normal).
+says three as well. Ranking cameras by the viewer's direction instead of by the surface's normal changes PSNR by {each('{ranking:+.2f} dB')}, with three cameras
+and the threshold of each rule (WHP 235: a cosine of 0.25, by the normal). The viewer's direction is for meshes that are wrong, as hulls are: there cameras
+near the viewer err least.
 
-The threshold of {DEFAULT_THRESHOLD['viewer']:g} loses {each('{threshold:.2f} dB against {threshold_at:g}')}: with the viewer's ranking it hardly matters.
-Of the {results['cameras']} cameras of the rig a view needs its nearest ones: most PSNR has the view from {each('{sources_at} cameras')}; all {results['cameras']} instead of
-three change it by {each('{sources:+.2f} dB')}.
+The default threshold of {DEFAULT_THRESHOLD['viewer']:g} loses {each('{threshold:.2f} dB against {threshold_at:g}')}. Of the {results['cameras']} cameras of the
+rig a view needs its nearest ones: most PSNR has the view from {each('{sources_at} cameras')}; all {results['cameras']} instead of the nearest three change it by
+{each('{sources:+.2f} dB')}.
 
 Input: `fvvsynth --rig small --cameras {results['cameras']}`, {results['frames']} frames, default stream; {len(results['views_degrees'])} views from between two cameras,
 drawn with depth maps, so that the visibility weights of the stream, which are found for its own threshold, do not count. PSNR inside the true
