@@ -246,7 +246,7 @@ def draw_topology(axis, found):
 
 def draw_thin(axis, found):
     rows = found["rows"]
-    for number, (way, label) in enumerate((("lattice", "lattice alone"), ("decimated", "with decimation"))):
+    for number, (way, label) in enumerate((("lattice", "lattice"), ("decimated", "decimated"))):
         some = [r for r in rows if f"{way}_turned_percent" in r]
         drawing.line(
             axis, number, [r["steps"] for r in some], [r[f"{way}_turned_percent"] for r in some], label
@@ -256,7 +256,7 @@ def draw_thin(axis, found):
         drawing.mark(axis, max(warned), "fvvmux\nwarns\nup to here", 0.75, side="right")
     drawing.logarithmic(axis, "x", (0.02, 0.1, 0.5, 2))
     axis.set(title="Thin parts", xlabel="thickness of a plate, lattice steps", ylabel="surface inside out, %")
-    axis.legend(loc="center right")
+    axis.legend(loc="lower left")
 
 
 def draw_specks(axis, found):
@@ -294,8 +294,8 @@ def draw_outliers(left, right, found):
         drawing.logarithmic(axis, "y")
         axis.set_ylabel("mm")
         if refused := [r[key] for r in rows if "rms_mm" not in r]:
-            drawing.mark(axis, min(refused), "refused", 0.5, side="right")
-    left.set_xticks([1, 100, 1e4, 1e6])
+            drawing.mark(axis, min(refused), "refused", 0.62, side="right")
+    left.set_xticks([1, 100, 1e4])
     left.set_ylim(0.01, 10)
     left.set(title="One stray vertex", xlabel="its distance, m (ball of 0.5 m)")
     right.set(title="Many stray vertices", xlabel="share of vertices 100 m away, %")
