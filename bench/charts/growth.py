@@ -163,6 +163,17 @@ def measure(quick):
     out = {"rows": rows}
     if not quick:
         out["exponents"] = {name: exponents(found) for name, found in rows.items()}
+        out["matching"] = matching(rows["cameras"][-3:])
+    return out
+
+
+def matching(rows):
+    """Seconds in which fvvmux compares the colours of cameras: what a run without it takes less."""
+    out = []
+    for row in rows:
+        source = small("--cameras", row["x"], "--size", "160x90", "--frames", 4)
+        without = costs(source, *SIMPLE, "--match-colours", "off")
+        out.append({"cameras": row["x"], "seconds": row["mux_s"] - without["mux_s"]})
     return out
 
 
@@ -244,6 +255,8 @@ def text(results):
     for name, title in PARAMETERS.items():
         cells = " | ".join(f"{results['exponents'][name][cost]['end']:.2f}" for cost in COSTS)
         lines.append(f"| {title} | {last[name]['x']:,} | {cells} |")
+    each = ", ".join(f"{r['seconds']:.1f} s of {r['cameras']}" for r in results["matching"])
+    lines += ["", f"With more cameras `--match-colours` takes most of what is more: {each} cameras."]
     lines += [
         "",
         f"Frames: meshes of {LONG_TRIANGLES} triangles and two pictures of 64x48, {PERIOD} frames again and again (a group never refers to "
