@@ -31,19 +31,6 @@ def test_a_frame_is_its_mesh_and_all_of_its_pictures(tmp_path):
     assert set(found) == {0, 1} and found[0] != found[1] and len(found[0]) == 2
 
 
-def test_stalls_that_the_link_does_not_explain_are_those_of_the_machine():
-    row = {"mbit": 2.0, "lowest_mbit": 0.5, "auto_stalled_s": 0, "best_stalled_s": 0, "lowest_stalled_s": 0}
-    drop = {**row, "mbit": 1.0, "best_stalled_s": 5}
-
-    def busy(*rows):
-        return stability_link.too_busy({"rows": rows, "best_mbit": 2.0, "seconds": 20})
-
-    assert not busy(row, drop)
-    assert busy({**row, "best_stalled_s": 1}, drop)  # the rate suffices
-    assert busy(row, {**drop, "lowest_stalled_s": 1})
-    assert busy(row, {**drop, "best_stalled_s": 9})  # longer than the drop
-
-
 def test_a_renamed_mesh_is_the_same_surface():
     vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
     faces = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
