@@ -143,7 +143,7 @@ def draw(results, folder):
             axis.set_title(f"7 cameras of {size}")
         for mode, look in looks.items():
             panels[column].plot([], [], color=drawing.BLACK, linestyle=look, label=mode)
-        panels[column].legend(loc="lower right", fontsize=7, ncols=2)
+        panels[column].legend(loc="upper left", fontsize=7)
     drawing.save(figure, folder / "texture.svg")
 
 
@@ -172,7 +172,8 @@ JPEG takes {1 + first['jpeg']['full'] / 100:.1f} times those.** BD-rates against
 The fewest bytes have {' and '.join(f'{best(size)} at {size}' for size in rates)}. Foreground means the pixels of the silhouettes; over all pixels cropped pictures are far
 worse, because the background is gone on purpose. {results['frames']} frames of the generated clip, whose pictures are sharp and have no
 noise; each codec at four of its own numbers, with the settings of fvvmux. Guard bands of 4 pixels and the filled background are part of
-the cropped bytes, and nothing leaks through them: at the same number the foreground of H.264 is {leak(results):+.2f} dB against that of whole pictures."""
+the cropped bytes. At the same number of the codec the foreground of H.264 changes by {leak(results):+.2f} dB against whole pictures: that is what rate control, the
+borders of tiles and the filled background do together. AV1's curve is of finer qualities than the others', so its BD-rate is of those."""
 
 
 def leak(results):
@@ -192,7 +193,7 @@ def defaults(results):
          + " against whole pictures in H.264, each with its best background; H.264 is what every browser decodes"),
         ("fvvmux --crop", "auto", f"H.264: {said('h264')}"),
         ("fvvmux --background", "auto: flat, smooth for AV1", f"H.264: {said('h264')}; AV1: {said('av1')}"),
-        ("guard band", "4 px", f"foreground of H.264 {leak(results):+.2f} dB against whole pictures at the same number"),
+        ("guard band", "4 px", f"foreground of H.264 {leak(results):+.2f} dB against whole pictures at the same number: the most that it lets through"),
     ]  # fmt: skip
 
 

@@ -1,14 +1,14 @@
-// Plays a stream with a ladder over a link whose rate changes: node ladder.mjs FILE. Prints stalls and quality as JSON, beside
-// each rung alone and beside an oracle that knows the link. Time is real: a minute for each line.
+// Plays a stream with a ladder over a link whose rate changes: node ladder.mjs FILE [MBIT,...]. Prints stalls and quality as
+// JSON, beside each rung alone and beside an oracle that knows the link. Time is real: the stream's duration for each line.
 
 import { createDecoder } from "../../js/decoder/dist/index.js";
 import { serve } from "../../js/decoder/test/server.mjs";
 import { shapedProxy } from "./shaped_proxy.mjs";
 
-const [file] = process.argv.slice(2);
+const [file, rates] = process.argv.slice(2);
 const ROUND_TRIP_MS = 40;
-/** Megabits per second, each for a part of the stream's duration: from 16 to 1 and back. */
-const PATTERN = [16, 1, 16];
+/** Megabits per second, each for a part of the stream's duration; default: from 16 to 1 and back. */
+const PATTERN = rates ? rates.split(",").map(Number) : [16, 1, 16];
 /** Seconds that are read ahead at most, as in the decoder. */
 const TARGET = 12;
 

@@ -195,7 +195,9 @@ def one_line(text):
 
 @pytest.mark.parametrize("place", PLACES)
 def test_plain_english(place):
-    paths = [p for p in sorted(ROOT.glob(place)) if not {"node_modules", "dist"} & set(p.parts)]
+    paths = [
+        p for p in sorted(ROOT.glob(place)) if not {"node_modules", "dist", "__pycache__"} & set(p.parts)
+    ]
     paths = [p for p in paths if p.name != "test_style.py"]
     assert paths, f"no files match {place}"
     found = []
