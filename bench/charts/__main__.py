@@ -51,7 +51,10 @@ def quick(experiments, accept):
     print(report.table(rows))
     bad = [figure for figure, _, _, verdict in rows if verdict in ("worse", "gone")]
     if bad:
-        print(f"charts: worse than docs/charts/headlines.json, or gone: {', '.join(bad)}", file=sys.stderr)
+        print(
+            f"charts: worse than docs/charts/results/headlines.json, or gone: {', '.join(bad)}",
+            file=sys.stderr,
+        )
         print("charts: on purpose: ./run charts --quick --accept", file=sys.stderr)
     return 1 if bad else 0
 
@@ -64,7 +67,7 @@ def main():
         "--quick", action="store_true", help="headline figures alone; exit code 1 when one is worse"
     )
     parser.add_argument(
-        "--accept", action="store_true", help="with --quick: write docs/charts/headlines.json"
+        "--accept", action="store_true", help="with --quick: write docs/charts/results/headlines.json"
     )
     parser.add_argument("--draw", action="store_true", help="measure nothing; draw and write the page again")
     parser.add_argument("--list", action="store_true", help="print the experiments")

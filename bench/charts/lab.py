@@ -1,7 +1,7 @@
 """What all experiments share: running tools, generated captures, packed streams, and results as JSON.
 
 Captures, streams and views are kept in build/charts and used again; they are made again when the tool that made them has
-changed. Results of an experiment are one JSON file in docs/charts with the machine, versions, command and date of their
+changed. Results of an experiment are one JSON file in docs/charts/results with the machine, versions, command and date of their
 measurement.
 """
 
@@ -40,7 +40,7 @@ sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "conformance/real")]
 class Experiment(NamedTuple):
     """One measurement with its charts. A module of this folder lists its experiments in EXPERIMENTS."""
 
-    name: str  # of its results, docs/charts/NAME.json, and of ./run charts NAME
+    name: str  # of its results, docs/charts/results/NAME.json, and of ./run charts NAME
     title: str  # heading in docs/charts/README.md
     # measure(quick) returns results for JSON; with quick only what the headlines need, or None.
     measure: Callable
@@ -235,7 +235,7 @@ def rounded(value):
 
 
 def results_file(name):
-    return PAGES / f"{name}.json"
+    return PAGES / "results" / f"{name}.json"
 
 
 def load(name):
@@ -255,6 +255,6 @@ def store(name, results, seconds):
         "versions": versions(),
         "results": rounded(results),
     }
-    PAGES.mkdir(parents=True, exist_ok=True)
+    results_file(name).parent.mkdir(parents=True, exist_ok=True)
     results_file(name).write_text(json.dumps(record, indent=1) + "\n")
     return json.loads(results_file(name).read_text())

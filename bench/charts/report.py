@@ -6,10 +6,10 @@ import textwrap
 
 from . import lab
 
-HEADLINES = lab.PAGES / "headlines.json"
+HEADLINES = lab.results_file("headlines")
 TOLERANCE = 0.05
-# Of figures with "time" in their name: ratios of times in the same run, which differ by this much between processors and runs.
-TIME_TOLERANCE = 0.25
+# Of figures with "time" in their name: ratios of times in the same run, which may differ by this much between processors.
+TIME_TOLERANCE = 0.5
 
 HEAD = """# Charts
 
@@ -18,7 +18,7 @@ writes this page, its pictures and its figures; `./run charts NAME...` does so f
 generated capture (`fvvsynth`), so that anyone gets the same bytes. Times depend on the machine: compare them within one chart only.
 
 `./run charts --quick` measures the headline figures alone and fails when one is more than {tolerance:.0f} % worse than in
-[headlines.json](headlines.json) (ratios of times: {time_tolerance:.0f} %, because they depend on the processor). A change that makes one worse on purpose commits new ones: `./run charts --quick --accept`.
+[headlines.json](results/headlines.json) (ratios of times: {time_tolerance:.0f} %, because they depend on the processor). A change that makes one worse on purpose commits new ones: `./run charts --quick --accept`.
 """
 
 
@@ -57,7 +57,7 @@ def origin(record):
     versions = ", ".join(f"{name} {version}" for name, version in record["versions"].items())
     return (
         f"<sub>`{record['command']}`, {record['date']}, {record['seconds']} s on {machine['cores']} cores of "
-        f"{machine['processor']}; {versions}. Figures: [{record['experiment']}.json]({record['experiment']}.json)</sub>"
+        f"{machine['processor']}; {versions}. Figures: [{record['experiment']}.json](results/{record['experiment']}.json)</sub>"
     )
 
 
