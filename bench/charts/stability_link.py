@@ -287,7 +287,7 @@ def text(results):
         if first["best_stalled_s"] > 1 or first["lowest_stalled_s"] > 1:
             lines.append(
                 f"- A fixed rung stalls even where the link is fast enough ({first['best_stalled_s']:.1f} s with the best, {first['lowest_stalled_s']:.1f} s "
-                "with the lowest, at 100 %): in such runs it fetches a group only after the one before was played. It should read ahead as `auto` does."
+                "with the lowest, at 100 %), in some runs and not in others, as if it did not read ahead, which `auto` does."
             )
     late = [r for r in clocks if r["ppm"]]
     lines.append(
