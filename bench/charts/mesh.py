@@ -465,10 +465,11 @@ Where meshes need not be exact, decimation (`--max-error`) saves more than coars
 
 ![Million triangles encoded per second, and the first call of a process](mesh-time.svg)
 
-{browser}Times of libfvv are of one thread in the same run as its peers; "first" is the first mesh that a new process decodes, a median of {PROCESSES} processes.
+{browser}Times of encoding and decoding above are of the processor. Those of first and later calls are by the clock, medians of {PROCESSES} new processes and of
+later meshes in one process, on a machine with other load: compare them with each other only.
 
 Left out: Corto, which Debian has no package of; V-DMC and TVMC, whose papers report BD-rates and PSNR on MPEG's sequences (Huang et al.,
-arXiv 2510.22646: TVMC takes 10.2 to 16.9 % fewer bytes than V-DMC), not bytes at an error in millimetres, so that they have no point here."""
+arXiv 2510.22646: TVMC takes 10.2 to 16.9 % fewer bytes than V-DMC by BD-rate), not bytes at an error in millimetres, so that they have no point here."""
 
 
 def defaults(results):
