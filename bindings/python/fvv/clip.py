@@ -82,15 +82,13 @@ class ClipFrame(Frame):
     """A frame of a clip."""
 
     def __init__(self, clip: Clip, index: int) -> None:
+        super().__init__()
         self._clip = clip
         self._stream = clip._stream
         #: The place in the clip: `clip[frame.index]` is this frame.
         self.index = index
         self._place: tuple[int, int, int] | None = None
-        self._description_known: Description | None = None
-        self._meshes = {}
-        self._cameras = None
-        self._images = None
+        self._known: Description | None = None
 
     def _located(self) -> tuple[int, int, int]:
         if self._place is None:
@@ -98,10 +96,10 @@ class ClipFrame(Frame):
         return self._place
 
     @property
-    def _description(self) -> Description:  # type: ignore[override]
-        if self._description_known is None:
-            self._description_known = self._clip._description_of(self._located()[2])
-        return self._description_known
+    def _description(self) -> Description:
+        if self._known is None:
+            self._known = self._clip._description_of(self._located()[2])
+        return self._known
 
     @property
     def ticks(self) -> int:

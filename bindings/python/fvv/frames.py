@@ -57,8 +57,7 @@ class ByCamera(Mapping[Key, Value], Generic[Value]):
 class Frame(abc.ABC):
     """One time of a stream. Nothing is decoded before it is used; what was used is kept with the frame."""
 
-    def __init__(self, description: Description) -> None:
-        self._description = description
+    def __init__(self) -> None:
         self._meshes: dict[int, Mesh | None] = {}
         self._cameras: ByCamera[Camera] | None = None
         self._images: ByCamera[Picture] | None = None
@@ -72,6 +71,11 @@ class Frame(abc.ABC):
     @abc.abstractmethod
     def number(self) -> int:
         """The frame's number; frames that are lost keep theirs."""
+
+    @property
+    @abc.abstractmethod
+    def _description(self) -> Description:
+        """The configuration that holds for the frame."""
 
     @abc.abstractmethod
     def _load_mesh(self, track: int) -> Mesh | None: ...
@@ -131,8 +135,13 @@ class ReceivedFrame(Frame):
     """A frame from `fvv.Reader`. It has no visibility."""
 
     def __init__(self, description: Description, received: LiveFrame) -> None:
-        super().__init__(description)
+        super().__init__()
+        self._known = description
         self._received = received
+
+    @property
+    def _description(self) -> Description:
+        return self._known
 
     @property
     def ticks(self) -> int:

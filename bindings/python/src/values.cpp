@@ -80,7 +80,9 @@ py::object uvs_of(const py::object &self) {
 }
 
 void register_mesh(py::module_ &module) {
-  py::class_<Mesh, std::shared_ptr<Mesh>>(module, "Mesh")
+  py::class_<Mesh, std::shared_ptr<Mesh>>(module, "Mesh",
+                                          "A triangle mesh. Arrays are read-only views of its memory and "
+                                          "keep it alive: positions, indices, normals, uvs, colours.")
       .def_readonly("track", &Mesh::track)
       .def_property_readonly("vertex_count", [](const Mesh &m) { return m.mesh.vertex_count; })
       .def_property_readonly("face_count", [](const Mesh &m) { return m.mesh.face_count; })
@@ -205,7 +207,9 @@ void register_camera(py::module_ &module) {
            : camera.calibration.lens == FVV_LENS_RADTAN ? "radtan"
                                                         : "fisheye";
   };
-  py::class_<Camera, std::shared_ptr<Camera>>(module, "Camera")
+  py::class_<Camera, std::shared_ptr<Camera>>(
+      module, "Camera",
+      "A calibrated camera: x_camera = R x_world + t, x right, y down, z forward, pixel centres at .5.")
       .def_property_readonly("id", [](const Camera &c) { return c.calibration.id; })
       .def_property_readonly("name", [](const Camera &c) { return py::str(c.name); })
       .def_property_readonly("width", [](const Camera &c) { return c.calibration.width; })
@@ -302,7 +306,9 @@ py::tuple rectangle(const fvv_rect &r) {
 }
 
 void register_picture(py::module_ &module) {
-  py::class_<Picture, std::shared_ptr<Picture>>(module, "Picture")
+  py::class_<Picture, std::shared_ptr<Picture>>(
+      module, "Picture",
+      "What the video shows of a camera's picture: pixels, and the rectangle of the picture that they are.")
       .def_property_readonly("pixels", pixels_of)
       .def_property_readonly("source", [](const Picture &p) { return rectangle(p.tile.source); })
       .def_property_readonly("camera", [](const Picture &p) { return p.camera; })
@@ -339,7 +345,9 @@ py::array samples_of(const Sound &one) {
 }
 
 void register_sound(py::module_ &module) {
-  py::class_<Sound, std::shared_ptr<Sound>>(module, "Sound")
+  py::class_<Sound, std::shared_ptr<Sound>>(
+      module, "Sound",
+      "Packets of an audio track that follow each other without a gap; samples() decodes them.")
       .def_property_readonly("track", [](const Sound &s) { return s.sound.track; })
       .def_property_readonly("title", [](const Sound &s) { return py::str(s.sound.title); })
       .def_property_readonly("language", [](const Sound &s) { return py::str(s.sound.language); })

@@ -126,6 +126,43 @@ def test_a_group_whose_configuration_is_lost_has_that_of_a_repetition():
         assert damaged_clip.problems
 
 
+def test_damaged_pictures(players):
+    content = players.read_bytes()
+    with fvv.open(content) as clip:
+        expected = [frame.images[2].pixels.tobytes() for frame in clip]
+        meshes = [frame.mesh.lattice.tobytes() for frame in clip]
+        track = next(track.id for track in clip.tracks if track.kind == "video" and track.selected)
+    samples = [c for c in container.chunks(content) if c.kind == b"VPKT" and c.track == track]
+    bad = flipped(content, content.index(samples[2].payload) + 9)
+    with fvv.open(bad) as clip:
+        # Backwards too: frame 2 is lost, and with it what depends on it in its group.
+        for order in (range(12), reversed(range(12))):
+            for i in order:
+                if i in (2, 3, 4):
+                    with pytest.raises(fvv.DamagedError) as caught:
+                        clip[i].images[2]  # noqa: B018
+                    assert caught.value.chunk == "VPKT"
+                else:
+                    assert clip[i].images[2].pixels.tobytes() == expected[i]
+        assert [frame.mesh.lattice.tobytes() for frame in clip] == meshes
+        assert len(clip.problems) == 1
+    frames = frames_of(fed(bad, []))
+    assert [frame.ticks for frame in frames] == [0, 1, *range(5, 12)]
+    assert frames[2].images[2].pixels.tobytes() == expected[5]
+
+
+def test_damaged_sound():
+    chunk = [c for c in container.chunks(SOUNDS) if c.kind == b"AUDI" and c.track == 3][1]
+    # Both tracks have silence: the first of two equal payloads is track 3's.
+    with fvv.open(flipped(SOUNDS, SOUNDS.index(chunk.payload) + 9)) as clip:
+        pieces = [sound for sound in clip.audio if sound.track == 3]
+        assert [len(piece.packets) for piece in pieces] == [2, 8]
+        assert pieces[1].packets_start == 3840 and pieces[1].start == (3840 + 4 * 960) / 48000
+        for piece in pieces:
+            assert piece.samples().shape == (round(piece.duration * 48000), 1)
+        assert any("sound is lost" in str(problem) for problem in clip.problems)
+
+
 def test_limits(players):
     with fvv.open(players, limits=fvv.Limits(max_vertices=100)) as clip, pytest.raises(fvv.LimitError):
         clip[0].mesh  # noqa: B018
