@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound.
+import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound, python.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -18,6 +18,7 @@ import browser_decoder
 import codecs_table
 import mesh_only
 import player
+import python_package
 import serve
 import view_quality
 import whp235
@@ -376,6 +377,12 @@ def picture():
     return view_quality.measure()
 
 
+def python_read():
+    """The Python package on the file's meshes, beside libfvv."""
+    stream()
+    return python_package.measure(lambda: fvvbench("read")["python.c_read_ms"], BUILD, WORK, STREAM)
+
+
 PARTS = {
     "synth": synth,
     "mux": mux,
@@ -400,6 +407,7 @@ PARTS = {
     "ladder": ladder,
     "player": played,
     "sound": player.sound,
+    "python": python_read,
 }
 
 

@@ -7,10 +7,16 @@
 //   fvvbench delta FILE.fvv    the file's meshes, which share their triangles, as delta frames after the
 //                              first, off by one step of the lattice at most
 //   fvvbench first FILE.fvv    its first mesh as a new process reads it, and as the same process does again
+//   fvvbench read FILE.fvv     all meshes of the file as bindings/python gives them: positions in metres as
+//                              floats, faces, and colours where the stream has some
 //   fvvbench visibility FILE.fvv
 //                              what its cameras see of its meshes (visibility.cpp)
 //   fvvbench depth FILE.fvv    the same by depth maps of several sizes and tolerances (visibility.cpp)
 #include "fvvbench.h"
+
+#include "fvv_cxx/input_file.h"
+
+#include <ctime>
 
 namespace {
 
@@ -234,6 +240,39 @@ nlohmann::ordered_json first(const char *path) {
   return {{"first_ms", times[0] * 1e3}, {"again_ms", times[1 + runs / 2] * 1e3}, {"triangles", faces}};
 }
 
+nlohmann::ordered_json read_meshes(const char *path) {
+  // The least time of the processor, as bench/python_package.py has it: other programs slow down both.
+  double least = 1e9;
+  for (int i = 0; i < runs; i++) {
+    const std::clock_t begin = std::clock();
+    const fvv::InputFile file(path);
+    const fvv_input input = file.input();
+    fvv_diagnostic d{};
+    fvv_stream *stream = nullptr;
+    require(fvv_stream_open(&input, nullptr, nullptr, &stream, &d), d);
+    for (size_t f = 0; f < fvv_stream_frame_count(stream); f++) {
+      fvv_frame frame;
+      require(fvv_stream_frame(stream, f, &frame, &d), d);
+      const fvv_configuration *configuration = nullptr;
+      require(fvv_stream_configuration(stream, frame.group, &configuration, &d), d);
+      const fvv_scene scene = configuration->scene;
+      fvv_mesh mesh;
+      require(fvv_stream_mesh(stream, f, 1, &mesh, &d), d);
+      const uint8_t *colours = nullptr;
+      uint32_t count = 0;
+      require(fvv_stream_colours(stream, f, 1, &colours, &count, &d), d);
+      std::vector<float> positions(3 * size_t(mesh.vertex_count));
+      fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, mesh.vertex_count,
+                            positions.data());
+      const Bytes kept(colours, colours + 3 * size_t(count));
+      fvv_mesh_free(&mesh);
+    }
+    fvv_stream_close(stream);
+    least = std::min(least, double(std::clock() - begin) / CLOCKS_PER_SEC);
+  }
+  return {{"python.c_read_ms", least * 1e3}};
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
@@ -244,11 +283,12 @@ int main(int argc, char **argv) {
                       : what == "fast"       ? fast
                       : what == "delta"      ? delta
                       : what == "first"      ? first
+                      : what == "read"       ? read_meshes
                       : what == "visibility" ? visibility
                       : what == "depth"      ? depth_maps
                                              : nullptr;
     if (!part) {
-      std::fputs("usage: fvvbench demux|draco|fast|delta|first|visibility|depth FILE.fvv\n", stderr);
+      std::fputs("usage: fvvbench demux|draco|fast|delta|first|read|visibility|depth FILE.fvv\n", stderr);
       return 2;
     }
     std::printf("%s\n", part(argv[2]).dump().c_str());

@@ -3,6 +3,7 @@
 #include "base/layout.h"
 #include "stream_fixture.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -211,6 +212,28 @@ TEST_CASE("limits of a configuration") {
   CHECK(status() == FVV_ERROR_LIMIT);
   limits.max_text = 8;
   CHECK(status() == FVV_OK);
+  limits.max_tracks = 1;
+  CHECK(status() == FVV_ERROR_LIMIT);
+}
+
+TEST_CASE("a group whose configuration block is lost has that of a repetition, or an error") {
+  for (const bool repeated : {true, false}) {
+    Stream source = good_stream(3);
+    source.repeat = repeated;
+    Bytes bytes = write(source);
+    // A byte that is missing hides where the block is, and the footer does not fit.
+    const char scene[] = {'S', 'C', 'E', 'N'};
+    bytes.erase(std::search(bytes.begin(), bytes.end(), scene, scene + 4));
+    Opened opened(bytes);
+    REQUIRE(opened.status == FVV_OK);
+    REQUIRE(fvv_file_group(fvv_stream_file(opened.stream), 0)->configuration_offset == 0);
+    const fvv_configuration *configuration = nullptr;
+    fvv_diagnostic diagnostic = {};
+    const fvv_status status = fvv_stream_configuration(opened.stream, 0, &configuration, &diagnostic);
+    CHECK(status == (repeated ? FVV_OK : FVV_ERROR_DAMAGED));
+    if (repeated) CHECK(configuration->scene.lattice_step > 0);
+    if (!repeated) CHECK(diagnostic.issue == FVV_ISSUE_GROUP_CONFIGURATION);
+  }
 }
 
 TEST_CASE("a damaged chunk loses its frame alone") {

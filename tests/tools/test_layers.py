@@ -16,7 +16,7 @@ GENERATED_OR_FOREIGN = {"dist", "node_modules", "build"}
 
 
 def sources():
-    for folder in ["libfvv", "tools", "tests", "bench", "js", "conformance", "spec"]:
+    for folder in ["libfvv", "bindings", "tools", "tests", "bench", "js", "conformance", "spec"]:
         for path in sorted((ROOT / folder).rglob("*")):
             parts = set(path.relative_to(ROOT).parts)
             if (

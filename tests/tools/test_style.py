@@ -12,12 +12,12 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BIN = pathlib.Path(sys.executable).parent
 # js/*/dist and node_modules are generated or from others.
-FOLDERS = ["libfvv", "tools", "tests", "bench"] + sorted(
+FOLDERS = ["libfvv", "bindings", "tools", "tests", "bench"] + sorted(
     str(p.relative_to(ROOT))
     for p in (ROOT / "js").glob("[!n]*/*")
     if p.is_dir() and p.name not in {"dist", "node_modules"}
 )
-PYTHON = ["spec", "bench", "conformance", "tests", "tests/same_bytes"]
+PYTHON = ["spec", "bench", "bindings", "conformance", "tests", "tests/same_bytes"]
 GENERATED = {"format.h", "layout.h", "crc32c_table.h"}
 
 # One concept, one file: small enough to read, and few enough in a folder to find it.
@@ -75,7 +75,7 @@ def written_sources():
     suffixes = {".c", ".h", ".cpp", ".js", ".mjs", ".py"}
     skipped = {"dist", "node_modules", "__pycache__"}
     found = []
-    for folder in ["libfvv", "tools", "js", "tests", "conformance", "bench"]:
+    for folder in ["libfvv", "bindings", "tools", "js", "tests", "conformance", "bench"]:
         for directory, folders, names in os.walk(ROOT / folder):
             folders[:] = sorted(set(folders) - skipped)
             paths = [pathlib.Path(directory, name).relative_to(ROOT) for name in sorted(names)]
@@ -135,6 +135,9 @@ PLACES = [
     "SECURITY.md",
     "bench/*.[chjmp]*",
     "bench/charts/*.py",
+    "bindings/**/*.[ch]*",
+    "bindings/**/*.md",
+    "bindings/**/*.py*",
     "conformance/**/*.md",
     "conformance/**/*.py",
     "docs/**/*.md",

@@ -61,12 +61,15 @@ InputFile::InputFile(const std::string &path, const std::string &shown)
   if (fstat(descriptor, &status) == 0) length = static_cast<uint64_t>(status.st_size);
 }
 
+InputFile::InputFile(const fvv_input &source, const std::string &shown)
+    : name(shown), descriptor(-1), callers(source), length(source.size) {}
+
 InputFile::~InputFile() {
-  close(descriptor);
+  if (descriptor >= 0) close(descriptor);
 }
 
 fvv_input InputFile::input() const {
-  return {read_at, const_cast<int *>(&descriptor), length};
+  return descriptor < 0 ? callers : fvv_input{read_at, const_cast<int *>(&descriptor), length};
 }
 
 } // namespace fvv

@@ -12,14 +12,14 @@ constexpr size_t block_size = 1 << 18;
 
 } // namespace
 
-Survey::Survey(const InputFile &file) {
+Survey::Survey(const InputFile &file, const fvv_limits *limits) {
   // A frame counts once something follows it without a gap.
   fvv_frames_options options;
   fvv_frames_options_default(&options);
   options.eager = 0;
   options.detail = 1;
   fvv_frames *created = nullptr;
-  fvv::check(fvv_frames_create(&options, nullptr, nullptr, &created), file.path(), {});
+  fvv::check(fvv_frames_create(&options, limits, nullptr, &created), file.path(), {});
   const std::unique_ptr<fvv_frames, decltype(&fvv_frames_destroy)> frames(created, fvv_frames_destroy);
   Group *group = &groups[0];
   bool in_group = false;
@@ -173,11 +173,11 @@ private:
 
 } // namespace
 
-Stream open_stream(const InputFile &file) {
+Stream open_stream(const InputFile &file, const fvv_limits *limits) {
   const fvv_input input = file.input();
   fvv_stream *stream = nullptr;
   fvv_diagnostic diagnostic = {};
-  fvv::check(fvv_stream_open(&input, nullptr, nullptr, &stream, &diagnostic), file.path(), diagnostic);
+  fvv::check(fvv_stream_open(&input, limits, nullptr, &stream, &diagnostic), file.path(), diagnostic);
   return Stream(stream);
 }
 
@@ -189,7 +189,7 @@ std::string text_of(const fvv_diagnostic &diagnostic) {
 
 Survey::Group LazySurvey::group(uint64_t offset) {
   const std::lock_guard<std::mutex> guard(lock);
-  if (!survey) survey.emplace(input);
+  if (!survey) survey.emplace(input, limits);
   return survey->group(offset);
 }
 

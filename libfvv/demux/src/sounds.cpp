@@ -77,9 +77,9 @@ private:
 
 } // namespace
 
-UnpackedSounds unpack_sounds(const InputFile &input, size_t first, size_t last) {
+UnpackedSounds unpack_sounds(const InputFile &input, size_t first, size_t last, const fvv_limits *limits) {
   UnpackedSounds out;
-  const Stream stream = open_stream(input);
+  const Stream stream = open_stream(input, limits);
   const fvv_configuration *configuration = nullptr;
   fvv_diagnostic diagnostic = {};
   if (fvv_stream_configuration(stream.get(), first, &configuration, &diagnostic) != FVV_OK) return out;
@@ -94,7 +94,7 @@ UnpackedSounds unpack_sounds(const InputFile &input, size_t first, size_t last) 
   }
   const fvv_input source = input.input();
   fvv_file *opened = nullptr;
-  fvv::check(fvv_file_open(&source, nullptr, nullptr, &opened, &diagnostic), input.path(), diagnostic);
+  fvv::check(fvv_file_open(&source, limits, nullptr, &opened, &diagnostic), input.path(), diagnostic);
   const std::unique_ptr<fvv_file, void (*)(fvv_file *)> file(opened, fvv_file_close);
   const auto lose = [&](const std::string &what) { out.losses.push_back("sound is lost: " + what); };
   for (size_t group = first; group <= last && group < fvv_file_group_count(file.get()); group++) {

@@ -169,6 +169,9 @@ static fvv_status add_chunk(fvv_configuration_builder *b, const fvv_chunk_header
   case FVV_CHUNK_TRACK:
     status = fvv_track_decode(&track, payload, size, &b->limits, diagnostic);
     track.id = header->track;
+    if (status >= 0 && COUNT(b->tracks, fvv_track) >= b->limits.max_tracks)
+      return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_TRACK, 0, "more than %u tracks",
+                      b->limits.max_tracks);
     return status < 0 ? status : fvv_bytes_append(&b->tracks, &track, sizeof track);
   case FVV_CHUNK_CAMERA:
     return add_camera(b, payload, size, diagnostic);

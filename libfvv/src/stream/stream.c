@@ -105,7 +105,8 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
   if (!info)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "group %zu of %zu", group,
                     fvv_file_group_count(stream->file));
-  const uint64_t offset = info->configuration_offset;
+  /* A group whose block is lost names none: a repetition may replace it, another for each group. */
+  const uint64_t offset = info->configuration_offset ? info->configuration_offset : ~(uint64_t)group;
   if (offset != stream->configuration_offset) {
     stream->configuration_offset = 0;
     release_cameras(stream); /* names are borrowed */
@@ -120,7 +121,8 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
                                        chunks[i].time, chunks[i].size,  0, 0};
       status = fvv_configuration_add(&stream->configuration, &header, payload, chunks[i].offset, diagnostic);
     }
-    if (status >= 0) status = fvv_configuration_complete(&stream->configuration, offset, diagnostic);
+    if (status >= 0)
+      status = fvv_configuration_complete(&stream->configuration, info->configuration_offset, diagnostic);
     if (status < 0) return status;
     stream->configuration_offset = offset;
   }

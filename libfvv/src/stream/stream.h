@@ -9,7 +9,7 @@ struct fvv_stream {
   fvv_limits limits;
   fvv_file *file;
   fvv_configuration_builder configuration;
-  uint64_t configuration_offset; /* of the block that is loaded; 0: none */
+  uint64_t configuration_offset; /* of the block that is loaded, ~group where the group names none; 0: none */
   size_t frame_count;
   fvv_bytes firsts;             /* uint64_t for each group: number of its first frame */
   fvv_bytes meshes;             /* followed_track: where delta frames were decoded last */

@@ -20,22 +20,25 @@ std::string why_unreadable(const std::string &path);
 // pipe never blocks it.
 int open_to_read(const std::string &path);
 
-// A regular file opened for reading at any offset.
+// A regular file opened for reading at any offset, or bytes that the caller reads.
 class InputFile {
 public:
   explicit InputFile(const std::string &path);
   // shown: what path() and messages call the file.
   InputFile(const std::string &path, const std::string &shown);
+  // source is valid as long as this object.
+  InputFile(const fvv_input &source, const std::string &shown);
   ~InputFile();
   InputFile(const InputFile &) = delete;
   InputFile &operator=(const InputFile &) = delete;
-  fvv_input input() const; // reads with pread; valid as long as this object
+  fvv_input input() const; // valid as long as this object; a file is read with pread
   uint64_t size() const { return length; }
   const std::string &path() const { return name; }
 
 private:
   std::string name;
-  int descriptor;
+  int descriptor; // -1: callers is read
+  fvv_input callers = {};
   uint64_t length;
 };
 

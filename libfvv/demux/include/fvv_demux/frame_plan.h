@@ -18,8 +18,8 @@ namespace fvv::demux {
 
 class Survey {
 public:
-  // Error when the file cannot be read.
-  explicit Survey(const InputFile &file);
+  // Error when the file cannot be read. limits NULL: defaults.
+  explicit Survey(const InputFile &file, const fvv_limits *limits = nullptr);
 
   struct Group {
     uint64_t whole = 0;         // frames from the first on
@@ -37,8 +37,8 @@ struct CloseStream {
   void operator()(fvv_stream *stream) const { fvv_stream_close(stream); }
 };
 using Stream = std::unique_ptr<fvv_stream, CloseStream>;
-// Error with the diagnostic when it cannot be opened.
-Stream open_stream(const InputFile &file);
+// Error with the diagnostic when it cannot be opened. limits NULL: defaults.
+Stream open_stream(const InputFile &file, const fvv_limits *limits = nullptr);
 
 // Frames first ... last of the stream are lost; why: the rest of the message.
 struct Loss {
@@ -67,11 +67,14 @@ struct Plan {
 // The survey of a file is made when first needed, by one of the threads.
 class LazySurvey {
 public:
-  explicit LazySurvey(const InputFile &file) : input(file) {}
+  // limits NULL: defaults; they live as long as this object.
+  explicit LazySurvey(const InputFile &file, const fvv_limits *accepted = nullptr)
+      : input(file), limits(accepted) {}
   Survey::Group group(uint64_t offset);
 
 private:
   const InputFile &input;
+  const fvv_limits *limits;
   std::mutex lock;
   std::optional<Survey> survey;
 };

@@ -30,8 +30,9 @@ struct UnpackedSounds {
 };
 
 // The sound of groups first to last of a file, all of which have the configuration of the first one. A chunk
-// that is damaged is a loss, and the sound goes on after it.
-UnpackedSounds unpack_sounds(const InputFile &file, size_t first, size_t last);
+// that is damaged is a loss, and the sound goes on after it. limits NULL: defaults.
+UnpackedSounds unpack_sounds(const InputFile &file, size_t first, size_t last,
+                             const fvv_limits *limits = nullptr);
 
 // A decoder for a track's packets, in the terms of fvv_media. Error for an unknown codec.
 media::SoundFormat sound_format(const fvv_audio_config &config);

@@ -1,0 +1,66 @@
+"""fvv: free-viewpoint video in numpy arrays.
+
+    with fvv.open("players.fvv") as clip:
+        for frame in clip:
+            print(frame.time, frame.mesh.positions.shape)
+
+Lengths are metres, times seconds, pixels have their centres at .5; cameras look along +z with x to the right and y down.
+"""
+
+from __future__ import annotations
+
+from ._core import Camera, Mesh, Picture, Sound, library_version
+from .clip import Clip, ClipFrame, Readable, ReadAt, check
+from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
+from .frames import ByCamera, Frame, ReceivedFrame
+from .reader import Configuration, Damage, End, Event, FrameEvent, Reader
+from .records import Check, Description, Limits, Problem, Rung, Track
+
+__version__ = library_version
+
+__all__ = [
+    "ByCamera",
+    "Camera",
+    "Check",
+    "Clip",
+    "ClipFrame",
+    "Configuration",
+    "Damage",
+    "DamagedError",
+    "Description",
+    "End",
+    "Error",
+    "Event",
+    "Frame",
+    "FrameEvent",
+    "LimitError",
+    "Limits",
+    "Mesh",
+    "Picture",
+    "Problem",
+    "ReadAt",
+    "Readable",
+    "Reader",
+    "ReceivedFrame",
+    "Rung",
+    "Sound",
+    "Track",
+    "UnsupportedError",
+    "UsageError",
+    "check",
+    "open",
+]
+
+
+def open(source: Readable, *, rung: int = 0, limits: Limits | None = None) -> Clip:  # noqa: A001
+    """Opens a stream for reading.
+
+    source: a path; bytes or another object with the buffer protocol, such as an mmap, which is not copied; a binary file
+    object that can seek; or an object with `size` and `read_at(offset, size)`, which is called for the bytes that are needed
+    and no others.
+    rung: which quality to read, 0 the best; a number beyond the last names the last.
+    limits: what to accept of streams that are not trusted.
+
+    Raises OSError where the source cannot be read, and `DamagedError`, `LimitError` or `UnsupportedError`.
+    """
+    return Clip(source, rung=rung, limits=limits)

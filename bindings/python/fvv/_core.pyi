@@ -1,0 +1,187 @@
+from typing import Any
+
+import numpy
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+library_version: str
+
+class Mesh:
+    """A triangle mesh. Arrays are read-only views of the mesh's memory and keep it alive."""
+
+    @property
+    def track(self) -> int: ...
+    @property
+    def vertex_count(self) -> int: ...
+    @property
+    def face_count(self) -> int: ...
+    @property
+    def positions(self) -> NDArray[numpy.float32]:
+        """(vertices, 3) metres on the axes of the world: origin + step * lattice, rounded once."""
+    @property
+    def lattice(self) -> NDArray[numpy.int32]:
+        """(vertices, 3) lattice indices, as they were sent."""
+    @property
+    def origin(self) -> NDArray[numpy.float64]:
+        """(3,) metres: the lattice point 0 0 0."""
+    @property
+    def step(self) -> float:
+        """Metres between neighbouring lattice points."""
+    @property
+    def indices(self) -> NDArray[numpy.uint32]:
+        """(faces, 3) vertices of each triangle, counter-clockwise seen from outside."""
+    @property
+    def normals(self) -> NDArray[numpy.float32]:
+        """(vertices, 3) unit vectors: as sent, otherwise computed from the faces."""
+    @property
+    def has_normals(self) -> bool:
+        """Normals were sent."""
+    @property
+    def uvs(self) -> NDArray[numpy.float32] | None:
+        """(vertices, 2) places in the atlas: (0, 0) is its top left corner, (1, 1) its bottom right one. None: not sent."""
+    @property
+    def colours(self) -> NDArray[numpy.uint8] | None:
+        """(vertices, 3) red, green, blue of low resolution, sRGB. None: not sent."""
+
+class Camera:
+    """A calibrated camera: x_camera = R x_world + t, x right, y down, z forward, pixel centres at .5."""
+
+    @property
+    def id(self) -> int: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def width(self) -> int:
+        """Pixels of the picture that K belongs to."""
+    @property
+    def height(self) -> int: ...
+    @property
+    def K(self) -> NDArray[numpy.float64]:
+        """(3, 3): fx skew cx, 0 fy cy, 0 0 1, in pixels."""
+    @property
+    def R(self) -> NDArray[numpy.float64]:
+        """(3, 3) world to camera."""
+    @property
+    def t(self) -> NDArray[numpy.float64]:
+        """(3,) metres."""
+    @property
+    def centre(self) -> NDArray[numpy.float64]:
+        """(3,) metres: where the camera is in the world."""
+    @property
+    def lens(self) -> str:
+        """ "none", "radtan" (OpenCV's rational model) or "fisheye" (OpenCV's)."""
+    @property
+    def distortion(self) -> NDArray[numpy.float64]:
+        """(8,): k1 k2 p1 p2 k3 k4 k5 k6 of radtan; k1 k2 k3 k4 0 0 0 0 of fisheye."""
+    @property
+    def r_max(self) -> float:
+        """Radius up to which the lens model is valid, at z = 1; an angle in radians for fisheye."""
+    @property
+    def moves(self) -> bool: ...
+    def project(self, points: ArrayLike) -> NDArray[numpy.float64]:
+        """(..., 3) metres in the world to (..., 2) pixels. NaN behind the camera and beyond r_max; a pixel may lie outside
+        the picture."""
+    def depth(self, points: ArrayLike) -> NDArray[numpy.float64]:
+        """(..., 3) metres in the world to (...) metres along the camera's z axis."""
+    def unproject(self, pixels: ArrayLike, depth: ArrayLike) -> NDArray[numpy.float64]:
+        """(..., 2) pixels at a depth along the camera's z axis (a number, or one for each pixel) to (..., 3) metres in the
+        world. NaN beyond r_max."""
+    def ray(self, pixels: ArrayLike) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
+        """The camera's centre, (3,), and the directions from there through (..., 2) pixels, (..., 3) of unit length, both in
+        the world. NaN beyond r_max."""
+
+class Picture:
+    """What the video shows of a camera's picture: a rectangle of it, scaled."""
+
+    @property
+    def pixels(self) -> NDArray[Any]:
+        """(height, width, 3) red, green, blue: uint8 sRGB; uint16 sRGB of video with more than 8 bits, 65535 for white;
+        float16 linear light of OpenEXR, 1 for white. A view of the video frame, or of its one copy as float16."""
+    @property
+    def source(self) -> tuple[int, int, int, int]:
+        """x, y, width, height of the rectangle in pixels of the camera's picture that `pixels` show."""
+    @property
+    def camera(self) -> Camera | None:
+        """The camera whose whole picture `pixels` are: points projected by it are in their pixels. None for an atlas."""
+    def whole(self) -> NDArray[Any]:
+        """The camera's whole picture at the scale of `pixels`, grey outside of the rectangle: a new array."""
+    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> NDArray[Any]: ...
+
+class Sound:
+    """Packets of an audio track that follow each other without a gap."""
+
+    @property
+    def track(self) -> int: ...
+    @property
+    def title(self) -> str: ...
+    @property
+    def language(self) -> str:
+        """BCP 47; may be empty."""
+    @property
+    def codec(self) -> str:
+        """ "opus" or "aac"."""
+    @property
+    def rate(self) -> int:
+        """Samples per second."""
+    @property
+    def channels(self) -> int: ...
+    @property
+    def start(self) -> float:
+        """Time of the first of `samples()`, in seconds of the clip."""
+    @property
+    def duration(self) -> float:
+        """Seconds of `samples()`."""
+    @property
+    def packet_duration(self) -> int:
+        """Samples of each packet."""
+    @property
+    def packets_start(self) -> int:
+        """Time of the first sample that the first packet decodes to, in samples."""
+    @property
+    def packets(self) -> tuple[bytes, ...]: ...
+    @property
+    def record(self) -> bytes:
+        """Opus: the header of RFC 7845 clause 5.1. AAC: AudioSpecificConfig."""
+    @property
+    def position(self) -> NDArray[numpy.float64] | None:
+        """(3,) metres: where it is heard from. None: everywhere, or from a place that moves."""
+    def samples(self) -> NDArray[numpy.float32]:
+        """(samples, channels), full scale 1: decodes the packets into a new array."""
+
+class Stream:
+    def __init__(self, source: Any, name: str, rung: int, limits: dict[str, int]) -> None: ...
+    def close(self) -> None: ...
+    @property
+    def closed(self) -> bool: ...
+    def __len__(self) -> int: ...
+    def frame(self, frame: int) -> tuple[int, int, int]: ...
+    def number(self, frame: int) -> int: ...
+    def at(self, ticks: int) -> int: ...
+    def span(self) -> tuple[int, int]: ...
+    def configuration(self, group: int | None = None) -> dict[str, Any]: ...
+    def configuration_offset(self, group: int) -> int: ...
+    def mesh(self, frame: int, track: int) -> Mesh | None: ...
+    def camera(self, frame: int, camera: int) -> Camera | None: ...
+    def visibility(self, frame: int, mesh_track: int, camera: int) -> NDArray[numpy.uint8] | None: ...
+    def picture_cameras(self, frame: int) -> list[int]: ...
+    def picture(self, frame: int, camera: int) -> Picture | None: ...
+    def sounds(self) -> list[Sound]: ...
+    def problems(self) -> list[tuple[str, int | None, str | None, int | None, str]]: ...
+
+class LiveFrame:
+    @property
+    def ticks(self) -> int: ...
+    @property
+    def number(self) -> int: ...
+    @property
+    def meshes(self) -> dict[int, Mesh]: ...
+    @property
+    def cameras(self) -> dict[int, Camera | None]: ...
+    @property
+    def pictures(self) -> dict[int, Picture]: ...
+
+class LiveReader:
+    def __init__(self, name: str, rung: int, pictures: bool, join: bool, limits: dict[str, int]) -> None: ...
+    def feed(self, bytes: Any) -> list[tuple[Any, ...]]: ...
+    def finish(self) -> list[tuple[Any, ...]]: ...
+
+def check(source: Any, name: str, decode: bool, limits: dict[str, int]) -> dict[str, Any]: ...

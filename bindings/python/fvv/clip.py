@@ -1,0 +1,305 @@
+"""Clips with random access."""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any, BinaryIO, Protocol, overload
+
+from . import _core
+from ._core import Camera, Mesh, Picture, Sound
+from .errors import DamagedError, UsageError
+from .frames import ATLAS, ByCamera, Frame, Key, Weights
+from .records import Check, Description, Limits, Problem, Rung, Track
+
+
+class ReadAt(Protocol):
+    """Something that gives bytes from any place, such as a client of a storage service."""
+
+    @property
+    def size(self) -> int:
+        """Bytes in all."""
+
+    def read_at(self, offset: int, size: int) -> Any:
+        """Exactly size bytes from offset, as bytes or another object with the buffer protocol."""
+
+
+#: A path, bytes or anything with the buffer protocol (mmap too), a binary file object, or a `ReadAt`.
+Readable = Any
+
+
+class _FileObject:
+    """A seekable file object as `ReadAt`. Its position is moved; it is not closed."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.size = file.seek(0, os.SEEK_END)
+
+    def read_at(self, offset: int, size: int) -> bytes:
+        self._file.seek(offset)
+        parts = []
+        while size:
+            part = self._file.read(size)
+            if not part:
+                break
+            parts.append(part)
+            size -= len(part)
+        return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+def _source_of(source: Readable) -> tuple[Any, str]:
+    """What the core reads, and what messages call it."""
+    if isinstance(source, (str, os.PathLike)):
+        path = os.fspath(source)
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise UsageError(f"{path}: expected a file", file=path)
+        with open(path, "rb"):  # for the usual exceptions
+            return path, path
+    try:
+        memoryview(source)
+        return source, "bytes"
+    except TypeError:
+        pass
+    name = getattr(source, "name", None)
+    name = name if isinstance(name, str) else type(source).__name__
+    if hasattr(source, "read_at"):
+        return source, name
+    if hasattr(source, "read") and hasattr(source, "seek"):
+        return _FileObject(source), name
+    raise TypeError(
+        f"expected a path, bytes, a binary file object, or an object with read_at and size, not {type(source).__name__}"
+    )
+
+
+def _given(limits: Limits | None) -> dict[str, int]:
+    return {} if limits is None else limits.given()
+
+
+class ClipFrame(Frame):
+    """A frame of a clip."""
+
+    def __init__(self, clip: Clip, index: int) -> None:
+        super().__init__()
+        self._clip = clip
+        self._stream = clip._stream
+        #: The place in the clip: `clip[frame.index]` is this frame.
+        self.index = index
+        self._place: tuple[int, int, int] | None = None
+        self._known: Description | None = None
+
+    def _located(self) -> tuple[int, int, int]:
+        if self._place is None:
+            self._place = self._stream.frame(self.index)
+        return self._place
+
+    @property
+    def _description(self) -> Description:
+        if self._known is None:
+            self._known = self._clip._description_of(self._located()[2])
+        return self._known
+
+    @property
+    def ticks(self) -> int:
+        return self._located()[0]
+
+    @property
+    def number(self) -> int:
+        return self._stream.number(self.index) if self._place is None else self._place[1]
+
+    @property
+    def intact(self) -> bool:
+        """Whether everything of the frame arrived. Its other attributes raise `DamagedError` if not."""
+        try:
+            self._located()
+        except DamagedError:
+            return False
+        return True
+
+    def _load_mesh(self, track: int) -> Mesh | None:
+        return self._stream.mesh(self.index, track)
+
+    def _load_cameras(self) -> ByCamera[Camera]:
+        loaded = {i: self._stream.camera(self.index, i) for i, _ in self._description.cameras}
+        return ByCamera(self._description, [i for i, c in loaded.items() if c is not None], loaded.get)
+
+    def _load_images(self) -> ByCamera[Picture]:
+        shown = [i for i in self._stream.picture_cameras(self.index) if i != ATLAS]
+        return ByCamera(self._description, shown, lambda i: self._stream.picture(self.index, i))
+
+    def _load_atlas(self) -> Picture | None:
+        self._located()
+        return self._stream.picture(self.index, ATLAS)
+
+    def visibility(self, camera: Key) -> Weights | None:
+        """How much a camera sees around each vertex of `mesh`: uint8 of shape (vertices,), 0 nothing to 255 everything, and
+        127 where the surface is turned away from the camera. None: the stream has no weights of this camera."""
+        identifier = self._description.camera(camera)
+        if identifier is None:
+            raise KeyError(camera)
+        for track in self._description.meshes[:1]:
+            return self._stream.visibility(self.index, track, identifier)
+        return None
+
+    def __repr__(self) -> str:
+        return f"<fvv frame {self.number} of {self._clip.name}>"
+
+
+class Clip:
+    """A stream with random access, from `fvv.open`. A sequence of frames.
+
+    Threads may share a clip and then take turns; clips of their own run at the same time. Frames, meshes and arrays that
+    were read stay valid after `close`; what was not read raises `UsageError` then.
+    """
+
+    def __init__(self, source: Readable, *, rung: int = 0, limits: Limits | None = None) -> None:
+        if rung < 0:
+            raise UsageError(f"rung {rung}: expected 0 or more")
+        what, self.name = _source_of(source)
+        self._stream = _core.Stream(what, self.name, rung, _given(limits))
+        self._lock = threading.Lock()
+        self._descriptions: dict[int, Description] = {}
+        self._description: Description | None = None
+        self.rung = rung
+
+    def close(self) -> None:
+        """Releases the source. May be called again."""
+        self._stream.close()
+
+    @property
+    def closed(self) -> bool:
+        return self._stream.closed
+
+    def __enter__(self) -> Clip:
+        if self.closed:
+            raise UsageError("the clip is closed", file=self.name)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __len__(self) -> int:
+        return len(self._stream)
+
+    @overload
+    def __getitem__(self, index: int) -> ClipFrame: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[ClipFrame]: ...
+
+    def __getitem__(self, index: int | slice) -> ClipFrame | list[ClipFrame]:
+        self._require_open()
+        if isinstance(index, slice):
+            return [ClipFrame(self, i) for i in range(*index.indices(len(self)))]
+        found = index + len(self) if index < 0 else index
+        if not 0 <= found < len(self):
+            raise IndexError(f"frame {index} of {len(self)}")
+        return ClipFrame(self, found)
+
+    def __iter__(self) -> Iterator[ClipFrame]:
+        self._require_open()
+        for i in range(len(self)):
+            yield ClipFrame(self, i)
+
+    def at(self, seconds: float | Fraction) -> ClipFrame:
+        """The frame that is shown at a time: the last one that begins no later. `UsageError` before the first frame and from
+        the end on."""
+        base = self._configuration().time_base
+        # A thousandth of a tick is for floats that miss a frame's time by their last bit.
+        ticks = float(Fraction(seconds) / base) + 1e-3
+        if not self._stream.span()[0] <= ticks < self._stream.span()[1]:
+            raise UsageError(f"{float(seconds)} s is not within the clip", file=self.name)
+        return ClipFrame(self, self._stream.at(int(ticks // 1)))
+
+    @property
+    def start(self) -> float:
+        """The time at which the clip begins, in seconds."""
+        return float(self._stream.span()[0] * self._configuration().time_base)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the start of the first group to the end of the last."""
+        start, end = self._stream.span()
+        return float((end - start) * self._configuration().time_base)
+
+    @property
+    def rate(self) -> Fraction:
+        """Frames per second, nominal."""
+        found = self._configuration()
+        return 1 / (found.time_base * found.frame_duration)
+
+    @property
+    def time_base(self) -> Fraction:
+        """Seconds per tick."""
+        return self._configuration().time_base
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """All tracks of the first configuration."""
+        return self._configuration().tracks
+
+    @property
+    def rungs(self) -> tuple[Rung, ...]:
+        """The qualities to choose from, best first: `fvv.open(..., rung=rungs[i].number)`."""
+        return self._configuration().rungs
+
+    @property
+    def up(self) -> str | None:
+        """The world's axis that points up: "+x", "+y", "+z", "-x", "-y" or "-z". None: not stated."""
+        return self._configuration().up
+
+    @property
+    def metadata(self) -> list[Any]:
+        """The JSON documents of the stream; one that is no JSON is a str."""
+        return [_parsed(text) for text in self._configuration().metadata]
+
+    @property
+    def audio(self) -> list[Sound]:
+        """The sound: for each track its packets without a gap, and a further entry after each gap."""
+        return self._stream.sounds()
+
+    @property
+    def problems(self) -> list[Problem]:
+        """The damage that was met so far. `fvv.check` looks for all of it."""
+        return [Problem(*found) for found in self._stream.problems()]
+
+    def __repr__(self) -> str:
+        return f"<fvv.Clip {self.name}{': closed' if self.closed else ''}>"
+
+    def _require_open(self) -> None:
+        if self.closed:
+            raise UsageError("the clip is closed", file=self.name)
+
+    def _configuration(self) -> Description:
+        self._require_open()
+        if self._description is None:
+            self._description = Description.of(self._stream.configuration())
+        return self._description
+
+    def _description_of(self, group: int) -> Description:
+        offset = self._stream.configuration_offset(group)
+        with self._lock:
+            found = self._descriptions.get(offset)
+        if found is None:
+            found = Description.of(self._stream.configuration(group))
+            with self._lock:
+                self._descriptions[offset] = found
+        return found
+
+
+def _parsed(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
+def check(source: Readable, *, decode: bool = True, limits: Limits | None = None) -> Check:
+    """Reads all of a stream and returns everything that is wrong with it, as `fvvinfo --check` does. decode: decode meshes,
+    visibility and backgrounds and check video samples too, not only structure."""
+    what, name = _source_of(source)
+    found = _core.check(what, name, decode, _given(limits))
+    problems = tuple(Problem(*problem) for problem in found.pop("problems"))
+    return Check(problems=problems, **found)

@@ -1,0 +1,173 @@
+"""A frame: meshes, cameras, pictures and visibility at one time."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Iterator, Mapping
+from typing import Callable, Generic, TypeVar, Union
+
+import numpy
+import numpy.typing
+
+from ._core import Camera, LiveFrame, Mesh, Picture
+from .records import Description
+
+Value = TypeVar("Value")
+Key = Union[int, str]
+#: In place of a camera's identifier: the picture is an atlas (`FVV_NO_CAMERA`).
+ATLAS = 65535
+
+
+class ByCamera(Mapping[Key, Value], Generic[Value]):
+    """Values by camera: by identifier or by name. Iteration gives identifiers."""
+
+    def __init__(
+        self, description: Description, identifiers: list[int], load: Callable[[int], Value | None]
+    ) -> None:
+        self._description = description
+        self._identifiers = identifiers
+        self._load = load
+        self._known: dict[int, Value | None] = {}
+
+    def __getitem__(self, key: Key) -> Value:
+        identifier = self._description.camera(key)
+        if identifier not in self._identifiers or identifier is None:
+            raise KeyError(key)
+        if identifier not in self._known:
+            self._known[identifier] = self._load(identifier)
+        value = self._known[identifier]
+        if value is None:
+            raise KeyError(key)
+        return value
+
+    def __contains__(self, key: object) -> bool:
+        return self._description.camera(key) in self._identifiers
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self._identifiers)
+
+    def __len__(self) -> int:
+        return len(self._identifiers)
+
+    def __repr__(self) -> str:
+        names = ", ".join(str(name or i) for i, name in self._description.cameras if i in self._identifiers)
+        return f"<by camera: {names}>"
+
+
+class Frame(abc.ABC):
+    """One time of a stream. Nothing is decoded before it is used; what was used is kept with the frame."""
+
+    def __init__(self) -> None:
+        self._meshes: dict[int, Mesh | None] = {}
+        self._cameras: ByCamera[Camera] | None = None
+        self._images: ByCamera[Picture] | None = None
+
+    @property
+    @abc.abstractmethod
+    def ticks(self) -> int:
+        """The time in ticks of the stream's time base."""
+
+    @property
+    @abc.abstractmethod
+    def number(self) -> int:
+        """The frame's number; frames that are lost keep theirs."""
+
+    @property
+    @abc.abstractmethod
+    def _description(self) -> Description:
+        """The configuration that holds for the frame."""
+
+    @abc.abstractmethod
+    def _load_mesh(self, track: int) -> Mesh | None: ...
+
+    @abc.abstractmethod
+    def _load_cameras(self) -> ByCamera[Camera]: ...
+
+    @abc.abstractmethod
+    def _load_images(self) -> ByCamera[Picture]: ...
+
+    @abc.abstractmethod
+    def _load_atlas(self) -> Picture | None: ...
+
+    @property
+    def time(self) -> float:
+        """The time in seconds."""
+        return float(self.ticks * self._description.time_base)
+
+    @property
+    def meshes(self) -> dict[int, Mesh]:
+        """The meshes by track, of the rung that is read. Tracks without a mesh at this time are left out."""
+        for track in self._description.meshes:
+            if track not in self._meshes:
+                self._meshes[track] = self._load_mesh(track)
+        return {track: mesh for track, mesh in self._meshes.items() if mesh is not None}
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """The mesh of the first mesh track; None: there is none at this time."""
+        for track in self._description.meshes[:1]:
+            if track not in self._meshes:
+                self._meshes[track] = self._load_mesh(track)
+            return self._meshes[track]
+        return None
+
+    @property
+    def cameras(self) -> ByCamera[Camera]:
+        """The cameras at this time. A camera that moves and is not calibrated now is left out."""
+        if self._cameras is None:
+            self._cameras = self._load_cameras()
+        return self._cameras
+
+    @property
+    def images(self) -> ByCamera[Picture]:
+        """The pictures of the cameras that the video shows at this time."""
+        if self._images is None:
+            self._images = self._load_images()
+        return self._images
+
+    @property
+    def atlas(self) -> Picture | None:
+        """The picture that the mesh's texture coordinates address; None: the stream has none."""
+        return self._load_atlas()
+
+
+class ReceivedFrame(Frame):
+    """A frame from `fvv.Reader`. It has no visibility."""
+
+    def __init__(self, description: Description, received: LiveFrame) -> None:
+        super().__init__()
+        self._known = description
+        self._received = received
+
+    @property
+    def _description(self) -> Description:
+        return self._known
+
+    @property
+    def ticks(self) -> int:
+        return self._received.ticks
+
+    @property
+    def number(self) -> int:
+        return self._received.number
+
+    def _load_mesh(self, track: int) -> Mesh | None:
+        return self._received.meshes.get(track)
+
+    def _load_cameras(self) -> ByCamera[Camera]:
+        found = self._received.cameras
+        known = [i for i, _ in self._description.cameras if found.get(i) is not None]
+        return ByCamera(self._description, known, found.get)
+
+    def _load_images(self) -> ByCamera[Picture]:
+        found = self._received.pictures
+        return ByCamera(self._description, [i for i in found if i != ATLAS], found.get)
+
+    def _load_atlas(self) -> Picture | None:
+        return self._received.pictures.get(ATLAS)
+
+    def __repr__(self) -> str:
+        return f"<fvv frame {self.number} at {self.time:.3f} s>"
+
+
+Weights = numpy.typing.NDArray[numpy.uint8]

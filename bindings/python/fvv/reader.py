@@ -1,0 +1,85 @@
+"""Push reading: for streams that arrive piece by piece."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any, Union
+
+from . import _core
+from .clip import _given
+from .errors import UsageError
+from .frames import ReceivedFrame
+from .records import Description, Limits, Problem
+
+
+@dataclasses.dataclass(frozen=True)
+class Configuration:
+    """A configuration block arrived: tracks, cameras and lattice from here on."""
+
+    description: Description
+
+
+@dataclasses.dataclass(frozen=True)
+class FrameEvent:
+    """A whole frame arrived."""
+
+    frame: ReceivedFrame
+
+
+@dataclasses.dataclass(frozen=True)
+class Damage:
+    """Something is damaged. The rest of its group is left out; the next group continues."""
+
+    problem: Problem
+    skipped: int  #: Bytes that were passed over; 0 when a rule is broken and no byte is lost.
+
+
+@dataclasses.dataclass(frozen=True)
+class End:
+    """The footer arrived: the stream is complete."""
+
+
+Event = Union[Configuration, FrameEvent, Damage, End]
+
+
+class Reader:
+    """Bytes in, events out. Any split of the same bytes gives the same events.
+
+    pictures: decode the video too. join: the stream is joined late; it begins with the configuration and then any group.
+    """
+
+    def __init__(
+        self,
+        *,
+        name: str = "stream",
+        rung: int = 0,
+        pictures: bool = True,
+        join: bool = False,
+        limits: Limits | None = None,
+    ) -> None:
+        if rung < 0:
+            raise UsageError(f"rung {rung}: expected 0 or more")
+        self._reader = _core.LiveReader(name, rung, pictures, join, _given(limits))
+        self._description: Description | None = None
+
+    def feed(self, data: Any) -> list[Event]:
+        """Takes bytes, or anything with the buffer protocol, and returns what they complete. Raises an error that ends the
+        stream (a later version, a limit) once the events before it were returned."""
+        return list(self._events(self._reader.feed(data)))
+
+    def finish(self) -> list[Event]:
+        """No more bytes will come: returns what was waiting for them."""
+        return list(self._events(self._reader.finish()))
+
+    def _events(self, raw: list[tuple[Any, ...]]) -> Iterator[Event]:
+        for kind, *rest in raw:
+            if kind == "configuration":
+                self._description = Description.of(rest[0])
+                yield Configuration(self._description)
+            elif kind == "damage":
+                yield Damage(Problem(*rest[0]), rest[1])
+            elif kind == "end":
+                yield End()
+            elif self._description is not None:
+                yield FrameEvent(ReceivedFrame(self._description, rest[0]))

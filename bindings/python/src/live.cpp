@@ -1,0 +1,375 @@
+#include "live.h"
+
+#include "fvv/frames.h"
+#include "fvv_cxx/rung.h"
+#include "source.h"
+#include "stream.h"
+#include "values.h"
+
+#include <atomic>
+#include <map>
+#include <pybind11/stl.h>
+
+namespace fvv::python {
+
+namespace {
+
+struct Destroy {
+  void operator()(fvv_frames *p) const { fvv_frames_destroy(p); }
+  void operator()(fvv_calibration *p) const { fvv_calibration_destroy(p); }
+  void operator()(fvv_mesh_sequence *p) const { fvv_mesh_sequence_close(p); }
+};
+
+// A whole frame, decoded.
+struct LiveFrame {
+  int64_t ticks = 0;
+  uint64_t number = 0;
+  std::map<uint16_t, std::shared_ptr<Mesh>> meshes;
+  std::map<uint16_t, std::shared_ptr<Camera>> cameras; // NULL: it moves and is not calibrated
+  std::map<uint16_t, std::shared_ptr<Picture>> pictures;
+};
+
+// A mesh track: the key mesh and, from the first delta frame on, the sequence that follows it.
+struct LiveMeshes {
+  std::shared_ptr<Mesh> key;
+  std::unique_ptr<fvv_mesh_sequence, Destroy> sequence;
+};
+
+struct LiveVideo {
+  demux::VideoViews views;
+  std::unique_ptr<TrackVideo> decoder;
+  std::map<uint16_t, fvv_tile> tiles; // by camera, in this group
+  bool broken = true;                 // until a key
+};
+
+// What decoding frames needs of a configuration and of the frames before. Pointers are into the
+// configuration.
+class LiveDecoder {
+public:
+  LiveDecoder(const fvv_configuration &the_configuration, size_t the_rung, bool pictures,
+              const Limits &the_limits, const std::string &file_name)
+      : configuration(the_configuration), rung(the_rung), limits(the_limits), file(file_name) {
+    fvv_calibration *created = nullptr;
+    require(fvv_calibration_create(configuration.cameras, configuration.camera_count, nullptr, &created), {},
+            file);
+    calibration.reset(created);
+    if (!pictures) return;
+    auto views = demux::views_of(configuration, rung, demux::Selection(), nullptr);
+    check_video(views, limits, file);
+    for (demux::VideoViews &view : views) videos[view.video->track].views = std::move(view);
+  }
+
+  void begin_group() {
+    fvv_calibration_reset(calibration.get());
+    for (auto &[track, video] : videos) {
+      video.tiles.clear();
+      video.broken = true;
+      for (const demux::View &view : video.views.views) video.tiles[view.tile.camera_id] = view.tile;
+    }
+  }
+
+  std::shared_ptr<LiveFrame> decode(const fvv_frames_event &event) {
+    auto frame = std::make_shared<LiveFrame>();
+    frame->ticks = event.time;
+    // Calibrations and layouts are needed by what may come before them.
+    for (size_t i = 0; i < event.chunk_count; i++) {
+      const fvv_frame_chunk &chunk = event.chunks[i];
+      if (!in_rung(configuration, chunk.header.track, rung)) continue;
+      if (chunk.header.type == FVV_CHUNK_CALIBRATION) add_calibration(chunk);
+      if (chunk.header.type == FVV_CHUNK_TILES) add_tiles(chunk);
+      if (chunk.header.type == FVV_CHUNK_MESH) add_mesh(chunk, *frame);
+    }
+    for (size_t i = 0; i < configuration.camera_count; i++)
+      frame->cameras[configuration.cameras[i].id] = camera_now(configuration.cameras[i]);
+    for (size_t i = 0; i < event.chunk_count; i++) {
+      const fvv_frame_chunk &chunk = event.chunks[i];
+      if (!in_rung(configuration, chunk.header.track, rung)) continue;
+      if (chunk.header.type == FVV_CHUNK_COLOURS) add_colours(chunk);
+      if (chunk.header.type == FVV_CHUNK_VIDEO_PACKET) add_pictures(chunk, *frame);
+    }
+    // Delta frames have the colours of their key mesh.
+    for (auto &[track, mesh] : frame->meshes) mesh->colours = meshes[track].key->colours;
+    return frame;
+  }
+
+private:
+  void call(fvv_status status, fvv_diagnostic &diagnostic, const fvv_frame_chunk &chunk) const {
+    if (status >= 0) return;
+    diagnostic.offset += chunk.offset;
+    require(status, diagnostic, file);
+  }
+
+  std::shared_ptr<Mesh> new_mesh(uint16_t track) const {
+    auto mesh = std::make_shared<Mesh>();
+    const fvv_scene &scene = configuration.scene;
+    std::copy(scene.lattice_origin, scene.lattice_origin + 3, mesh->origin);
+    mesh->step = scene.lattice_step;
+    mesh->track = track;
+    return mesh;
+  }
+
+  void add_mesh(const fvv_frame_chunk &chunk, LiveFrame &frame) {
+    const uint16_t track = chunk.header.track;
+    const auto size = size_t(chunk.header.size);
+    LiveMeshes &known = meshes[track];
+    fvv_diagnostic diagnostic = {};
+    if (chunk.header.flags & FVV_FLAG_KEY) {
+      known = {};
+      auto mesh = new_mesh(track);
+      call(fvv_mesh_decode(chunk.payload, size, &limits.core, nullptr, &mesh->mesh, &diagnostic), diagnostic,
+           chunk);
+      known.key = mesh;
+      frame.meshes[track] = mesh;
+      return;
+    }
+    if (!known.key) throw Failure(FVV_ERROR_DAMAGED, "a delta frame comes before its key mesh", file);
+    if (!known.sequence) {
+      fvv_mesh_sequence *opened = nullptr;
+      call(fvv_mesh_sequence_open(&known.key->mesh, nullptr, &opened, &diagnostic), diagnostic, chunk);
+      known.sequence.reset(opened);
+    }
+    call(fvv_mesh_sequence_decode(known.sequence.get(), chunk.payload, size, &diagnostic), diagnostic, chunk);
+    auto mesh = new_mesh(track);
+    copy(*fvv_mesh_sequence_mesh(known.sequence.get()), mesh->mesh);
+    frame.meshes[track] = mesh;
+  }
+
+  static void *resize(void *, void *pointer, size_t, size_t size) {
+    if (size) return std::realloc(pointer, size);
+    std::free(pointer);
+    return nullptr;
+  }
+
+  template <class T> static T *copy_of(const T *values, size_t count) {
+    if (!values || !count) return nullptr;
+    auto *out = static_cast<T *>(resize(nullptr, nullptr, 0, count * sizeof(T)));
+    if (!out) throw std::bad_alloc();
+    std::copy_n(values, count, out);
+    return out;
+  }
+
+  static void copy(const fvv_mesh &from, fvv_mesh &to) {
+    to.allocator = {resize, nullptr};
+    to.vertex_count = from.vertex_count;
+    to.face_count = from.face_count;
+    to.texture_bits = from.texture_bits;
+    to.normal_bits = from.normal_bits;
+    to.positions = copy_of(from.positions, 3 * size_t(from.vertex_count));
+    to.faces = copy_of(from.faces, 3 * size_t(from.face_count));
+    to.texture = copy_of(from.texture, 2 * size_t(from.vertex_count));
+    to.normals = copy_of(from.normals, 2 * size_t(from.vertex_count));
+  }
+
+  void add_calibration(const fvv_frame_chunk &chunk) {
+    fvv_diagnostic diagnostic = {};
+    call(fvv_calibration_decode(calibration.get(), chunk.payload, size_t(chunk.header.size),
+                                (chunk.header.flags & FVV_FLAG_KEY) != 0, &diagnostic),
+         diagnostic, chunk);
+  }
+
+  std::shared_ptr<Camera> camera_now(const fvv_camera &camera) const {
+    if (!(camera.flags & FVV_CAMERA_MOVES)) return std::make_shared<Camera>(camera);
+    fvv_camera now;
+    if (fvv_calibration_camera(calibration.get(), camera.id, &now) != FVV_OK) return nullptr;
+    return std::make_shared<Camera>(now);
+  }
+
+  void add_tiles(const fvv_frame_chunk &chunk) {
+    const auto video = videos.find(chunk.header.track);
+    if (video == videos.end()) return;
+    std::vector<fvv_tile> tiles(configuration.camera_count);
+    size_t count = 0;
+    fvv_diagnostic diagnostic = {};
+    call(fvv_tiles_decode(tiles.data(), tiles.size(), &count, chunk.payload, size_t(chunk.header.size),
+                          &limits.core, &diagnostic),
+         diagnostic, chunk);
+    const fvv_video_config &config = video->second.views.video->config;
+    call(fvv_tiles_validate(tiles.data(), count, config.width, config.height, &diagnostic), diagnostic,
+         chunk);
+    video->second.tiles.clear();
+    for (size_t i = 0; i < count; i++) video->second.tiles[tiles[i].camera_id] = tiles[i];
+  }
+
+  void add_colours(const fvv_frame_chunk &chunk) {
+    const auto size = size_t(chunk.header.size);
+    fvv_colours_header header;
+    fvv_diagnostic diagnostic = {};
+    call(fvv_colours_peek(chunk.payload, size, &limits.core, &header, &diagnostic), diagnostic, chunk);
+    const auto known = meshes.find(header.mesh_track);
+    if (known == meshes.end() || !known->second.key) return;
+    Mesh &key = *known->second.key;
+    if (header.vertex_count != key.mesh.vertex_count)
+      throw Failure(FVV_ERROR_INVALID, "colours and their mesh differ in vertices", file);
+    std::vector<uint8_t> colours(3 * size_t(key.mesh.vertex_count));
+    call(fvv_colours_decode(chunk.payload, size, &key.mesh, &limits.core, nullptr, colours.data(),
+                            &diagnostic),
+         diagnostic, chunk);
+    key.colours = std::move(colours);
+  }
+
+  void add_pictures(const fvv_frame_chunk &chunk, LiveFrame &frame) {
+    const auto found = videos.find(chunk.header.track);
+    if (found == videos.end()) return;
+    LiveVideo &video = found->second;
+    const fvv_video_config &config = video.views.video->config;
+    const bool key = (chunk.header.flags & FVV_FLAG_KEY) != 0;
+    const auto size = size_t(chunk.header.size);
+    fvv_diagnostic diagnostic = {};
+    call(fvv_video_sample_check(&config, key, chunk.payload, size, &diagnostic), diagnostic, chunk);
+    if (key) video.broken = false;
+    if (video.broken) throw Failure(FVV_ERROR_DAMAGED, "a picture comes before its key picture", file);
+    if (!video.decoder) video.decoder = std::make_unique<TrackVideo>(chunk.header.track, config);
+    video.broken = true;
+    const auto decoded = video.decoder->decode(chunk.payload, size, file);
+    video.broken = false;
+    for (const demux::View &view : video.views.views) {
+      const auto tile = video.tiles.find(view.tile.camera_id);
+      if (tile == video.tiles.end()) continue;
+      const fvv_camera *camera = fvv_configuration_camera(&configuration, view.tile.camera_id);
+      fvv_camera now;
+      if (camera && camera->flags & FVV_CAMERA_MOVES)
+        camera = fvv_calibration_camera(calibration.get(), camera->id, &now) == FVV_OK ? &now : nullptr;
+      frame.pictures[view.tile.camera_id] = picture_of(decoded, tile->second, view, camera);
+    }
+  }
+
+  const fvv_configuration &configuration;
+  const size_t rung;
+  const Limits &limits;
+  const std::string &file;
+  std::unique_ptr<fvv_calibration, Destroy> calibration;
+  std::map<uint16_t, LiveMeshes> meshes;
+  std::map<uint16_t, LiveVideo> videos;
+};
+
+class LiveReader {
+public:
+  LiveReader(const std::string &file_name, size_t the_rung, bool with_pictures, bool join,
+             const py::dict &given)
+      : file(file_name), rung(the_rung), pictures(with_pictures), limits(given) {
+    fvv_frames *created = nullptr;
+    require(fvv_frames_create(nullptr, &limits.core, nullptr, &created), {}, file);
+    frames.reset(created);
+    if (join) require(fvv_frames_join(created), {}, file);
+  }
+
+  py::list feed(const py::buffer &bytes) {
+    const Busy busy(*this);
+    if (finished) throw Failure(FVV_ERROR_STATE, "the reader is finished", file);
+    if (failure) throw Failure(*failure);
+    Py_buffer view = {};
+    if (PyObject_GetBuffer(bytes.ptr(), &view, PyBUF_SIMPLE)) throw py::error_already_set();
+    const fvv_status status = fvv_frames_push(frames.get(), view.buf, size_t(view.len));
+    PyBuffer_Release(&view);
+    require(status, {}, file);
+    return events();
+  }
+
+  py::list finish() {
+    const Busy busy(*this);
+    if (failure) throw Failure(*failure);
+    if (!finished) fvv_frames_finish(frames.get());
+    finished = true;
+    return events();
+  }
+
+private:
+  // A reader belongs to one thread at a time.
+  struct Busy {
+    explicit Busy(LiveReader &the_reader) : reader(the_reader) {
+      if (reader.busy.exchange(true))
+        throw Failure(FVV_ERROR_STATE, "two threads feed one reader at the same time", reader.file);
+    }
+    ~Busy() { reader.busy = false; }
+    LiveReader &reader;
+  };
+
+  py::list events() {
+    py::list out;
+    try {
+      while (next(out)) {}
+    } catch (const Failure &error) {
+      // What came before it is not lost.
+      if (!py::len(out)) throw;
+      failure.emplace(error);
+    }
+    return out;
+  }
+
+  // Appends at most one event; false: there is none yet.
+  bool next(py::list &out) {
+    fvv_frames_event event;
+    fvv_diagnostic diagnostic = {};
+    std::shared_ptr<LiveFrame> frame;
+    std::optional<Failure> undecodable;
+    {
+      const py::gil_scoped_release release;
+      const fvv_status status = fvv_frames_next(frames.get(), &event, &diagnostic);
+      if (status == FVV_NEED_DATA || status == FVV_END) return false;
+      require(status, diagnostic, file);
+      try {
+        follow(event, frame);
+      } catch (const Failure &error) {
+        if (error.diagnostic.status > FVV_ERROR_DAMAGED || error.diagnostic.status == FVV_ERROR_LIMIT ||
+            error.diagnostic.status == FVV_ERROR_UNSUPPORTED)
+          throw;
+        undecodable.emplace(error);
+        fvv_frames_drop_group(frames.get());
+      }
+    }
+    if (undecodable) {
+      out.append(py::make_tuple("damage", describe(undecodable->diagnostic, file), 0));
+    } else if (frame) {
+      out.append(py::make_tuple("frame", frame));
+    } else if (event.kind == FVV_FRAMES_CONFIGURATION && !event.repeated) {
+      out.append(py::make_tuple("configuration", describe(*event.configuration, rung)));
+    } else if (event.kind == FVV_FRAMES_DAMAGE) {
+      out.append(py::make_tuple("damage", describe(event.diagnostic, file), event.skipped));
+    } else if (event.kind == FVV_FRAMES_END) {
+      out.append(py::make_tuple("end"));
+    }
+    return true;
+  }
+
+  void follow(const fvv_frames_event &event, std::shared_ptr<LiveFrame> &frame) {
+    if (event.kind == FVV_FRAMES_CONFIGURATION) {
+      // Pointers into the former one are not valid any more, even when its chunks are the same.
+      decoder.reset();
+      decoder.emplace(*event.configuration, rung, pictures, limits, file);
+    } else if (event.kind == FVV_FRAMES_GROUP && decoder) {
+      decoder->begin_group();
+    } else if (event.kind == FVV_FRAMES_FRAME && decoder) {
+      frame = decoder->decode(event);
+      frame->number = count++;
+    }
+  }
+
+  const std::string file;
+  const size_t rung;
+  const bool pictures;
+  const Limits limits;
+  std::unique_ptr<fvv_frames, Destroy> frames;
+  std::optional<LiveDecoder> decoder;
+  std::optional<Failure> failure;
+  std::atomic<bool> busy{false};
+  bool finished = false;
+  uint64_t count = 0;
+};
+
+} // namespace
+
+void register_live(py::module_ &module) {
+  py::class_<LiveFrame, std::shared_ptr<LiveFrame>>(module, "LiveFrame")
+      .def_readonly("ticks", &LiveFrame::ticks)
+      .def_readonly("number", &LiveFrame::number)
+      .def_readonly("meshes", &LiveFrame::meshes)
+      .def_readonly("cameras", &LiveFrame::cameras)
+      .def_readonly("pictures", &LiveFrame::pictures);
+  py::class_<LiveReader>(module, "LiveReader")
+      .def(py::init<const std::string &, size_t, bool, bool, const py::dict &>(), py::arg("name"),
+           py::arg("rung"), py::arg("pictures"), py::arg("join"), py::arg("limits"))
+      .def("feed", &LiveReader::feed, py::arg("bytes"))
+      .def("finish", &LiveReader::finish);
+}
+
+} // namespace fvv::python

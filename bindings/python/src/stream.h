@@ -1,0 +1,106 @@
+// A clip with random access. One lock for all of it: threads that use one clip take turns, threads with a
+// clip each run at the same time.
+#pragma once
+
+#include "fvv_demux/frame_plan.h"
+#include "fvv_demux/views.h"
+#include "fvv_media/video.h"
+#include "source.h"
+#include "values.h"
+
+#include <atomic>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <thread>
+
+namespace fvv::python {
+
+// Decodes one video track; frames in order cost one sample each, others those since the group began.
+class TrackVideo {
+public:
+  TrackVideo(uint16_t track, const fvv_video_config &config);
+  // NULL: the frame has no picture. first: first frame of its group.
+  std::shared_ptr<const VideoFrame> decode(fvv_stream *stream, const std::string &file, size_t first,
+                                           size_t frame);
+  // The same for samples that come in order.
+  std::shared_ptr<const VideoFrame> decode(const uint8_t *sample, size_t size, const std::string &file);
+
+private:
+  const uint16_t track;
+  const uint32_t codec;
+  const int bit_depth;
+  media::Decoder decoder;
+  size_t group = SIZE_MAX, next = SIZE_MAX; // first frame of the group, and the one after the last decoded
+  size_t shown = SIZE_MAX;                  // frame of last
+  std::shared_ptr<const VideoFrame> last;
+};
+
+// Throws Failure if decoding these tracks takes more than limits allow, or a codec is not known.
+void check_video(const std::vector<demux::VideoViews> &tracks, const Limits &limits, const std::string &file);
+
+// What Python needs of a configuration: a dict of plain values.
+py::dict describe(const fvv_configuration &configuration, size_t rung);
+// (status, issue, chunk, offset, text).
+py::tuple describe(const fvv_diagnostic &diagnostic, const std::string &file);
+
+// The picture of a tile; frame is not NULL. calibration: of the camera in the frame, NULL: none.
+std::shared_ptr<Picture> picture_of(const std::shared_ptr<const VideoFrame> &frame, const fvv_tile &tile,
+                                    const demux::View &view, const fvv_camera *calibration);
+
+class Stream {
+public:
+  Stream(const py::object &object, const std::string &name, size_t rung, const py::dict &limits);
+
+  void close();
+  bool closed() const { return is_closed; }
+  size_t size() const { return places.empty() ? 0 : places.back().begin + places.back().count; }
+  py::tuple frame(size_t i); // (ticks, number, group)
+  int64_t number(size_t i);  // in the undamaged stream
+  size_t at(int64_t ticks);  // the last frame that begins no later
+  py::tuple span();          // ticks: start and end
+  // Of a group; without one, the first that can be read.
+  py::dict configuration(std::optional<size_t> group);
+  uint64_t configuration_offset(size_t group); // where it is in the stream: groups with one share it
+  std::shared_ptr<Mesh> mesh(size_t i, uint16_t track);
+  std::shared_ptr<Camera> camera(size_t i, uint16_t id);
+  py::object visibility(size_t i, uint16_t mesh_track, uint16_t camera);
+  std::vector<uint16_t> picture_cameras(size_t i);
+  std::shared_ptr<Picture> picture(size_t i, uint16_t camera);
+  std::vector<std::shared_ptr<Sound>> sounds();
+  py::list problems();
+
+private:
+  struct Place {
+    size_t begin, count; // frames of the clip
+    demux::GroupPlan plan;
+  };
+  struct Located {
+    size_t frame, first, group; // of fvv_stream; first: of the group
+    int64_t ticks, number;
+  };
+  template <class Work> auto run(const Work &work);
+  const Place &place_of(size_t i) const;
+  Located locate(size_t i);
+  const fvv_configuration &configuration_of(size_t group);
+  void call(fvv_status status, const fvv_diagnostic &diagnostic) const;
+
+  const Limits limits;
+  const size_t rung;
+  Source source;
+  std::mutex lock;
+  std::atomic<std::thread::id> owner{};
+  std::atomic<bool> is_closed{false};
+  demux::LazySurvey survey;
+  demux::Stream stream;
+  demux::Plan plan;
+  std::vector<Place> places;
+  std::map<uint16_t, TrackVideo> videos; // by track, of the configuration at video_configuration
+  uint64_t video_configuration = 0;
+  std::vector<fvv_diagnostic> met; // damage that reading ran into
+  std::vector<std::string> sound_losses;
+};
+
+void register_stream(py::module_ &module);
+
+} // namespace fvv::python

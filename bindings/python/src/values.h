@@ -1,0 +1,55 @@
+// What a frame holds, as Python sees it: meshes, cameras, pictures and sound. Arrays are read-only views of
+// memory that the object owns, and keep it alive.
+#pragma once
+
+#include "fvv/stream.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_demux/sounds.h"
+#include "fvv_media/image.h"
+
+#include <memory>
+#include <pybind11/numpy.h>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace fvv::python {
+
+namespace py = pybind11;
+
+// A decoded mesh. Floats are computed when they are first needed.
+struct Mesh {
+  OwnedMesh mesh;
+  uint16_t track = 0;
+  double origin[3] = {};
+  double step = 1;
+  std::vector<float> positions, normals, uvs;
+  std::vector<uint8_t> colours; // R, G, B of each vertex; empty: none
+};
+
+// A camera with a name of its own.
+struct Camera {
+  explicit Camera(const fvv_camera &source);
+  fvv_camera calibration; // without name
+  std::string name;
+};
+
+// A frame of video. Linear light has become half floats when it is an array.
+using VideoFrame = std::variant<media::Image, media::DeepImage, media::LinearImage>;
+
+// A camera's picture, or the atlas, in a frame of video.
+struct Picture {
+  std::shared_ptr<const VideoFrame> frame;
+  fvv_tile tile, whole;                 // as of fvv_demux/views.h
+  std::shared_ptr<const Camera> camera; // of the pixels of the tile; NULL: the atlas, or not calibrated
+  py::object half;                      // the pixels as float16, once they were needed
+};
+
+struct Sound {
+  demux::UnpackedSound sound;
+  int64_t first = 0; // sample from which on the sound is heard
+};
+
+void register_values(py::module_ &module);
+
+} // namespace fvv::python
