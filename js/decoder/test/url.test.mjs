@@ -45,6 +45,20 @@ test("a host that supports Range: its first and last bytes at the same time, one
   decoder.close();
 });
 
+test("requests for ranges go past a browser's cache, which would answer them one by one", async (t) => {
+  const real = globalThis.fetch;
+  t.after(() => (globalThis.fetch = real));
+  const modes = new Set();
+  globalThis.fetch = (url, init) => {
+    if (init.headers.Range) modes.add(init.cache);
+    return real(url, init);
+  };
+  const { decoder } = await open("range/moving", {});
+  await frames(decoder);
+  decoder.close();
+  assert.deepEqual([...modes], ["no-store"]);
+});
+
 for (const behaviour of ["whole", "wrong", "gzip"])
   test(`a host without Range support (${behaviour}): a warning, and the same frames`, async () => {
     const { decoder, warnings } = await open(`${behaviour}/moving`, { cacheBytes: 0 });

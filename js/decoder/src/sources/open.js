@@ -79,6 +79,12 @@ const FRONT = 1 << 14;
 /** The cost of a round trip of 40 ms at 8 Mbit/s: fewer bytes are fetched again rather than split over two requests. */
 export const ROUND_TRIP_BYTES = 40000;
 
+/**
+ * Of requests for ranges. Through a browser's cache those for the same URL are answered one after the other, each after its own
+ * round trip.
+ */
+const AT_ONCE = { cache: "no-store" };
+
 async function* bodyOf(response) {
   const reader = response.body.getReader();
   try {
@@ -205,7 +211,7 @@ class Ranges {
     this.requests++;
     const headers = { ...this.#init.headers, Range: `bytes=${from}-${end - 1}` };
     const began = performance.now();
-    const response = await request(this.#url, { ...this.#init, headers, signal });
+    const response = await request(this.#url, { ...this.#init, ...AT_ONCE, headers, signal });
     this.roundTrip = Math.min(this.roundTrip || Infinity, (performance.now() - began) / 1000);
     return this.#checked(response, from);
   }
@@ -446,7 +452,8 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
     return new Download(response, abort, { cache, rewinds: seekable });
   };
   if (!seekable) return whole();
-  const ask = (range, { signal }) => request(url, { ...init, headers: { ...init.headers, Range: range }, signal });
+  const ask = (range, { signal }) =>
+    request(url, { ...init, ...AT_ONCE, headers: { ...init.headers, Range: range }, signal });
   const suffixAsked = ask(`bytes=-${SUFFIX}`, abort);
   head.response = ask(`bytes=0-${FRONT - 1}`, head.abort);
   head.response.catch(() => {}); // if nothing is read of it
