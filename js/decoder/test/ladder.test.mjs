@@ -1,6 +1,7 @@
 // Rungs of a ladder: which bytes are read, that mesh and pictures of a frame belong together, and which rung is chosen.
 
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
@@ -10,6 +11,7 @@ import { shapedProxy } from "../../../bench/network/shaped_proxy.mjs";
 import { serveFolder } from "../../testing/served.mjs";
 import { Chooser, LiveChooser, Throughput, rungsOf } from "../dist/ladder.js";
 import { createDecoder } from "../dist/index.js";
+import { awaitPost, browsers, visit } from "./browsers.mjs";
 import { frameHashes, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve, WebSocket } from "./server.mjs";
 
@@ -158,6 +160,39 @@ test("auto begins with the lowest rung and goes up; a change takes a whole group
   assert.equal(frames.at(-1).rung, 0);
   assert.ok(changes.at(-1).throughput > 0);
 });
+
+for (const [name, browser] of Object.entries(browsers)) {
+  const missing = spawnSync(browser.program, ["--version"]).error;
+  const skip = missing && `no ${browser.program} installed`;
+  test(`${name}: over a fast link the best rung comes, over a slow one it does not`, { skip }, async () => {
+    const { rungs } = await play({ source: url, quality: 2 });
+    for (const [bitsPerSecond, isFast] of [
+      [16e6, true],
+      [0.6 * rungs[0].bitRate, false],
+    ]) {
+      const { result, post } = awaitPost(60);
+      const host = await serve(clips, post);
+      const proxy = await shapedProxy(Number(new URL(host.url).port), { bitsPerSecond, roundTripMs: 40 });
+      const leave = visit(browser, `http://127.0.0.1:${proxy.port}/test/ladder.html`);
+      try {
+        const { frames, rungs: tracks, error } = await result;
+        assert.equal(error, undefined);
+        assert.equal(frames.length, count);
+        for (const frame of frames) {
+          assert.equal(frame.tracks.length, 2); // a mesh and a picture of one rung
+          assert.ok(frame.tracks.every((track) => tracks[frame.rung].includes(track)));
+        }
+        const taken = frames.map(({ rung }) => rung);
+        assert.equal(taken[0], 2);
+        assert.equal(taken.includes(0), isFast, `rungs ${taken} at ${bitsPerSecond} bit/s`);
+      } finally {
+        await leave();
+        proxy.close();
+        host.close();
+      }
+    }
+  });
+}
 
 test("another quality is played from the next group on", async () => {
   const { frames, rungs, gaps } = await play({ source: url, quality: 0 }, async (frame, decoder) => {
