@@ -56,8 +56,11 @@ def period():
     return source, folder
 
 
-def long_capture(frames, name="long", edit=lambda description, folder: None):
-    """A clip of any length whose files are those of a period, again and again. edit as change of lab.changed_capture."""
+def long_capture(frames, name="long", edit=lambda description, folder: None, filmed=None):
+    """A clip of any length whose files are those of a period, again and again. edit as change of lab.changed_capture.
+
+    filmed: a capture of the same scene and length, whose cameras take the place of the period's.
+    """
     source, meshes = period()
 
     def change(description, folder):
@@ -76,7 +79,7 @@ def long_capture(frames, name="long", edit=lambda description, folder: None):
         description["frames"]["count"] = frames
         edit(description, folder)
 
-    return lab.changed_capture(source, f"{name}{frames}", change)
+    return lab.changed_capture(filmed or source, f"{name}{frames}", change)
 
 
 def run(name, *arguments):

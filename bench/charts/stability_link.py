@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import shutil
 import wave
 from fractions import Fraction
@@ -82,26 +81,8 @@ def losses(frames, groups, shares, trials):
 
 def filmed_stream():
     """A clip with a ladder of two rungs: 100 frames of two cameras at 480x270, again and again."""
-    source = lab.capture("filmed", "--rig", "small", "--cameras", 2, "--frames", growth.PERIOD)
-    _, meshes = growth.period()  # of the same scene
-
-    def change(description, folder):
-        for camera in description["cameras"]:
-            (folder / camera["name"]).mkdir()
-            for what, stem in ("pictures", "p"), ("masks", "m"):
-                for frame in range(FILMED_FRAMES):
-                    os.link(
-                        camera[what] % (frame % growth.PERIOD),
-                        folder / camera["name"] / f"{stem}{frame:05d}.png",
-                    )
-                camera[what] = f"{camera['name']}/{stem}%05d.png"
-        (folder / "meshes").mkdir()
-        for frame in range(FILMED_FRAMES):
-            os.link(meshes / f"meshes/{frame % growth.PERIOD:04d}.ply", folder / f"meshes/{frame:05d}.ply")
-        description["meshes"]["pattern"] = "meshes/%05d.ply"
-        description["frames"]["count"] = FILMED_FRAMES
-
-    capture = lab.changed_capture(source, f"long{FILMED_FRAMES}", change)
+    filmed = lab.capture("filmed", "--rig", "small", "--cameras", 2, "--frames", growth.PERIOD)
+    capture = growth.long_capture(FILMED_FRAMES, filmed=filmed)
     options = (
         "--keep-geometry",
         "--mesh-ladder",

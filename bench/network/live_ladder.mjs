@@ -1,11 +1,9 @@
 // Plays a live stream with a ladder over a link whose rate changes: node live_ladder.mjs FILE. fvvserve sends FILE at its pace.
 // Prints, as JSON, what the decoder chose, how late frames came and what was lost, beside each rung alone. Time is real.
 
-import { spawn } from "node:child_process";
-
 import { createDecoder } from "../../js/decoder/dist/index.js";
 import { WebSocket } from "../../js/decoder/test/server.mjs";
-import { toolPath } from "../../js/testing/served.mjs";
+import { serveFolder } from "../../js/testing/served.mjs";
 import { shapedProxy } from "./shaped_proxy.mjs";
 
 const [file] = process.argv.slice(2);
@@ -14,19 +12,10 @@ const ROUND_TRIP_MS = 40;
 const PATTERN = [16, 1, 16];
 const SECONDS = 60;
 
-async function portOf(server) {
-  let output = "";
-  for await (const part of server.stdout) {
-    const match = /:(\d+)\/live/.exec((output += part));
-    if (match) return Number(match[1]);
-  }
-  throw new Error("fvvserve ended");
-}
-
 /** delays: seconds that each frame came later than if it had come as fast as the fastest. */
 async function play(quality) {
-  const server = spawn(toolPath("fvvserve"), ["--port", "0", "--loop", "--live", `clip=${file}`]);
-  const proxy = await shapedProxy(await portOf(server), {
+  const served = await serveFolder({ clip: file });
+  const proxy = await shapedProxy(Number(new URL(served.url).port), {
     bitsPerSecond: 1e6 * PATTERN[0],
     roundTripMs: ROUND_TRIP_MS,
   });
@@ -55,7 +44,7 @@ async function play(quality) {
   const { rungs } = decoder;
   decoder.close();
   proxy.close();
-  server.kill();
+  served.close();
   const least = Math.min(...frames.map(({ late }) => late));
   return { rungs, gaps, frames: frames.map(({ late, ...frame }) => ({ ...frame, delay: late - least })) };
 }

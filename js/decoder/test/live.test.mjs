@@ -1,10 +1,9 @@
 // Live streams over WebSocket, from fvvserve and from scripted servers.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
 import { after, test } from "node:test";
 
-import { toolPath } from "../../testing/served.mjs";
+import { serveFolder } from "../../testing/served.mjs";
 import { createDecoder } from "../dist/index.js";
 import { frameHashes, makeClips, nativeFrames } from "./native.mjs";
 import { messagesOf, WebSocket, WebSocketServer } from "./server.mjs";
@@ -46,21 +45,15 @@ const send = (socket, ...parts) => parts.flat().forEach((part) => socket.send(pa
 const say = (socket, message) => socket.send(JSON.stringify(message));
 
 test("fvvserve: a file from its first frame, in a loop", async () => {
-  const server = spawn(toolPath("fvvserve"), ["--port", "0", "--loop", "--live", `clip=${clips.delta}`]);
+  const served = await serveFolder({ clip: clips.delta });
   try {
-    const [, port] = await new Promise((found) => {
-      let output = "";
-      server.stdout.on("data", (part) => {
-        const match = /:(\d+)\/live/.exec((output += part));
-        if (match) found(match);
-      });
-    });
+    const { port } = new URL(served.url);
     const expected = nativeFrames(clips.delta);
     const { frames, types } = await play(`ws://127.0.0.1:${port}/live/clip`, { frames: 8 });
     assert.deepEqual(frames, [...expected, ...expected.slice(0, 3)]);
     assert.deepEqual(types, ["restart"]);
   } finally {
-    server.kill();
+    served.close();
   }
 });
 

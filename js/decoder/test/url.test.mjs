@@ -45,7 +45,7 @@ test("a host that supports Range: its first and last bytes at the same time, one
   decoder.close();
 });
 
-test("requests for ranges go past a browser's cache, which would answer them one by one", async (t) => {
+test("requests for ranges bypass a browser's cache, which would handle them one at a time", async (t) => {
   const real = globalThis.fetch;
   t.after(() => (globalThis.fetch = real));
   const modes = new Set();

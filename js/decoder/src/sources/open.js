@@ -79,10 +79,7 @@ const FRONT = 1 << 14;
 /** The cost of a round trip of 40 ms at 8 Mbit/s: fewer bytes are fetched again rather than split over two requests. */
 export const ROUND_TRIP_BYTES = 40000;
 
-/**
- * Of requests for ranges. Through a browser's cache those for the same URL are answered one after the other, each after its own
- * round trip.
- */
+/** For requests for ranges. A browser that uses its cache handles requests for one URL one at a time, each with its own round trip. */
 const AT_ONCE = { cache: "no-store" };
 
 async function* bodyOf(response) {
