@@ -104,7 +104,8 @@ const RATES = 13;
 const HEAD = 7;
 const MAX_FRAME = 2 ** 13 - 1;
 
-const aacFields = (record) => ({
+/** Fields of an AudioSpecificConfig (clause 1.6.2.1); rate: index of the sample rate. */
+export const aacFields = (record) => ({
   type: record[0] >> 3,
   rate: ((record[0] & 7) << 1) | (record[1] >> 7),
   channels: (record[1] >> 3) & 15,

@@ -3,7 +3,7 @@
 // that the group repeats for that.
 
 import { FvvError } from "./errors.js";
-import { AacPackets, fitsAdts, OpusPackets } from "./software_sound.js";
+import { aacFields, AacPackets, fitsAdts, OpusPackets } from "./software_sound.js";
 
 const MICROSECONDS = 1e6;
 /** Where the number of samples that an encoder puts before the sound is in the record of Opus. */
@@ -12,7 +12,7 @@ const PRE_SKIP = 10;
 /** The sample rate by the record: Opus has 48 kHz, AAC says it (ISO/IEC 14496-3, clause 1.6). */
 export function sampleRate({ codec, record }) {
   const rates = [96000, 88200, 64000, 48000, 44100, 32000, 24000, 22050, 16000, 12000, 11025, 8000, 7350];
-  return codec === "opus" ? 48000 : rates[((record[0] & 7) << 1) | (record[1] >> 7)];
+  return codec === "opus" ? 48000 : rates[aacFields(record).rate];
 }
 
 function configOf({ codec, channels, record }) {
