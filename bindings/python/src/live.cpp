@@ -254,7 +254,7 @@ public:
   }
 
   py::list feed(const py::buffer &bytes) {
-    const Busy busy(*this);
+    const Busy now(*this);
     if (finished) throw Failure(FVV_ERROR_STATE, "the reader is finished", file);
     if (failure) throw Failure(*failure);
     Py_buffer view = {};
@@ -266,7 +266,7 @@ public:
   }
 
   py::list finish() {
-    const Busy busy(*this);
+    const Busy now(*this);
     if (failure) throw Failure(*failure);
     if (!finished) fvv_frames_finish(frames.get());
     finished = true;

@@ -13,6 +13,7 @@
 #include "mux/src/crop.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
+#include "mux/src/summary_terms.h"
 #include "mux/src/visibility.h"
 
 #include <algorithm>

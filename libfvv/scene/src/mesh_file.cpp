@@ -1,6 +1,7 @@
 // Chooses reader and writer by file name, and their common checks.
 
 #include "fvv_scene/mesh_file.h"
+#include "fvv_cxx/input_file.h"
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/text.h"
 #include "scene/src/gltf/pose.h"
