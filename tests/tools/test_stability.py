@@ -38,6 +38,9 @@ def sphere(radius=0.5, columns=48, centre=(0, 0, 0)):
     return np.array(vertices) + centre, np.array(faces)
 
 
+TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+
+
 def write_capture(folder, meshes, **more):
     """A capture without cameras. meshes: vertices and faces of each frame."""
     folder.mkdir(parents=True)
@@ -122,6 +125,23 @@ def test_a_first_frame_of_another_size_does_not_decide_for_the_others(tmp_path, 
     assert 0.00005 < allowed < 0.0005
     for found, count in decoded(capture)[1:]:
         assert count == len(faces) and off_by(found).max() <= allowed * math.sqrt(3)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_pieces_smaller_than_the_lattice_vanish_with_a_warning(tmp_path, count):
+    vertices, faces = sphere()
+    speck, its_faces = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]) * 1e-5, np.array(TETRAHEDRON)
+    for i in range(count):
+        faces = np.vstack([faces, its_faces + len(vertices)])
+        vertices = np.vstack([vertices, speck + (i + 1, 0, 0)])
+    capture = write_capture(tmp_path / "specks", [(vertices, faces)])
+    out = tmp_path / "out.fvv"
+    done = run("fvvmux", capture, "-o", out, "--step", "1mm", "--keep-geometry", code=3)
+    what = "1 piece of" if count == 1 else "2 pieces of"
+    assert f"frame 0: {what} " in done.stderr and "on the lattice, whose step is 1 mm" in done.stderr
+    assert done.stderr.count("\n") == 1
+    # What was asked to be dropped is no loss.
+    run("fvvmux", capture, "-o", out, "--force", "--step", "1mm", "--keep-geometry", "--min-component", 5)
 
 
 def test_millimetres_that_are_called_metres_lose_nothing(tmp_path):

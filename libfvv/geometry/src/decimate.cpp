@@ -347,6 +347,12 @@ double sharpest(const geometry::Mesh &mesh, const Footprint &footprint) {
 
 } // namespace
 
+Lost vanishing_pieces(const geometry::Mesh &source, const Budget &budget) {
+  Report report;
+  if (sound(source)) without_specks(source, budget, report);
+  return report.vanished;
+}
+
 Decimated decimate(const geometry::Mesh &given, const Footprint &footprint, const Budget &budget,
                    double reach) {
   if (!sound(given)) return as_it_is(given);

@@ -233,17 +233,26 @@ std::string budget_text(const Plan &plan, double times) {
   return plan.error.is_length ? length_text(plan, value) : fvv::format("%g px", value);
 }
 
-double vanished_share(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
+Vanished vanished(const geometry::Mesh &mesh, const geometry::Lattice &lattice, uint32_t min_component,
+                  bool decimated) {
   geometry::Mesh points = mesh; // as whole numbers, of which areas are exact
   for (size_t i = 0; i < points.positions.size(); i++)
     points.positions[i] = std::nearbyint((mesh.positions[i] - lattice.origin[i % 3]) / lattice.step);
-  double whole = 0, vanished = 0;
+  double whole = 0, lost = 0;
   for (size_t f = 0; f < mesh.face_count(); f++) {
     const double area = decimate::face_area(mesh, f);
     whole += area;
-    if (!(decimate::face_area(points, f) > 0)) vanished += area;
+    if (!(decimate::face_area(points, f) > 0)) lost += area;
   }
-  return whole > 0 ? vanished / whole : 0;
+  Vanished out;
+  if (!(lost > 0)) return out;
+  out.share = lost / whole;
+  if (decimated) return out;
+  decimate::Budget budget;
+  budget.lattice = lattice;
+  budget.min_piece = min_component;
+  out.pieces = decimate::vanishing_pieces(mesh, budget);
+  return out;
 }
 
 } // namespace fvv::mux

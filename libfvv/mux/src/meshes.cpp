@@ -288,7 +288,7 @@ private:
   struct Later {
     scene::MeshReport source;
     std::optional<decimate::Report> decimation;
-    double vanished = 0;
+    Vanished vanished;
     std::vector<int32_t> lattice; // in the order of the first frame's vertices
     std::vector<uint32_t> order;  // vertex of the first frame -> vertex of this one
     double rounding = 0;          // metres, by which the lattice differs from the file
@@ -363,7 +363,8 @@ Source load_source(const Plan &plan, const MeshTrack &track, size_t i) {
   Source source;
   source.mesh = track.geometry->load(i, &source.report, source.decimation);
   check_normals(plan, i, source.mesh);
-  source.vanished = vanished_share(source.mesh, plan.lattice.lattice);
+  source.vanished =
+      vanished(source.mesh, plan.lattice.lattice, plan.options.min_component, source.decimation.has_value());
   return source;
 }
 

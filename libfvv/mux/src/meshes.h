@@ -5,6 +5,7 @@
 #include "fvv/mesh.h"
 #include "fvv_mux/plan.h"
 #include "fvv_scene/capture.h"
+#include "mux/src/choices.h"
 
 #include <map>
 #include <memory>
@@ -112,7 +113,7 @@ struct MeshFrame {
   uint32_t faces = 0; // that decoders have
   scene::MeshReport source;
   std::optional<decimate::Report> decimation; // when the plan is to decimate
-  double vanished = 0;                        // share of the area that has none on the lattice
+  Vanished vanished;                          // of what was decimated
   fvv_mesh_report report = {};
   // In a run of frames with the same connectivity: for each vertex of the decoded mesh, which vertex of the
   // frame's source it is. Otherwise nothing.
@@ -125,7 +126,7 @@ struct Source {
   geometry::Mesh mesh;
   scene::MeshReport report;
   std::optional<decimate::Report> decimation;
-  double vanished = 0;
+  Vanished vanished;
 };
 Source load_source(const Plan &plan, const MeshTrack &track, size_t i);
 // Throws Error if the mesh of frame i lacks normals that are to be sent.

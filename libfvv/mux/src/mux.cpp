@@ -62,13 +62,18 @@ bool warn_of_losses(const Plan &plan, const std::string &name, double times, con
 }
 
 // The same for what rounding to the lattice took away. frame: its number in file names.
-bool warn_of_vanished(const Plan &plan, const MeshTrack &track, int64_t frame, double share) {
-  if (!(share > most_vanished)) return false;
+bool warn_of_vanished(const Plan &plan, const MeshTrack &track, int64_t frame, const Vanished &vanished) {
+  const decimate::Lost &pieces = vanished.pieces;
+  if (!(vanished.share > most_vanished) && !pieces.pieces) return false;
+  const std::string what =
+      vanished.share > most_vanished
+          ? fvv::format("faces with %.3g %% of the area vanish", 100 * vanished.share)
+          : std::to_string(pieces.pieces) + (pieces.pieces == 1 ? " piece of " : " pieces of ") +
+                area_text(plan, pieces.area) + (pieces.pieces == 1 ? " vanishes" : " together vanish");
   plan.observer.warn(plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": " +
-                     (track.rung ? "rung " + std::to_string(track.rung) + ": " : "") + "faces with " +
-                     fvv::format("%.3g %% of the area vanish on the lattice, whose step is ", 100 * share) +
-                     length_text(plan, plan.lattice.lattice.step) + ", " + plan.lattice.reason +
-                     " (--max-error or --step asks for a finer one)");
+                     (track.rung ? "rung " + std::to_string(track.rung) + ": " : "") + what +
+                     " on the lattice, whose step is " + length_text(plan, plan.lattice.lattice.step) + ", " +
+                     plan.lattice.reason + " (--max-error or --step asks for a finer one)");
   return true;
 }
 

@@ -108,6 +108,10 @@ struct Lost {
   double area = 0;
 };
 
+// The pieces that vanish on the budget's lattice, whatever is decimated, but for those below its min_piece.
+// None if all do.
+Lost vanishing_pieces(const geometry::Mesh &source, const Budget &budget);
+
 struct Report {
   size_t faces_before = 0, faces_after = 0;
   double volume_before = 0, volume_after = 0; // cubic metres, signed (enclosed_volume)
