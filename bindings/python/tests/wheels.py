@@ -1,0 +1,100 @@
+"""Builds an sdist, from it a wheel with each Python that is given, installs each into a new virtual environment and uses it
+there, away from the sources. Without arguments: every Python from 3.9 to 3.14 that is on PATH or that pyenv has.
+
+    python bindings/python/tests/wheels.py [PYTHON...]
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
+VERSIONS = [f"3.{minor}" for minor in range(9, 15)]
+MOST_MIB = 3
+
+USE = """
+import pathlib, sys
+import fvv
+
+assert "site-packages" in fvv.__file__, fvv.__file__
+vectors = [pathlib.Path(name) for name in sys.argv[1:]]
+for path in vectors:
+    with fvv.open(path) as clip:
+        for frame in clip:
+            mesh = frame.mesh
+            assert mesh is None or mesh.positions.shape == (mesh.lattice.shape[0], 3)
+            for camera in frame.images:
+                assert frame.images[camera].pixels.ndim == 3
+    assert fvv.check(path).ok
+print(len(vectors), "streams read")
+"""
+
+
+def run(*command, cwd):
+    done = subprocess.run([str(c) for c in command], cwd=cwd, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{' '.join(map(str, command))}\n{done.stdout[-3000:]}{done.stderr[-3000:]}")
+    return done.stdout.strip()
+
+
+def pythons():
+    """The interpreters of VERSIONS that are here, as paths."""
+    for version in VERSIONS:
+        found = shutil.which(f"python{version}")
+        works = found and not subprocess.run([found, "-c", ""], capture_output=True).returncode
+        kept = sorted(pathlib.Path.home().glob(f".pyenv/versions/{version}.*/bin/python"))
+        if works or kept:
+            yield found if works else kept[-1]
+        else:
+            print(f"skipped: there is no Python {version} here")
+
+
+def environment(python, folder):
+    run(python, "-m", "venv", folder, cwd=ROOT)
+    return folder / "bin/python"
+
+
+def try_wheel(python, sdist, work):
+    version = run(python, "--version", cwd=work)
+    builder = environment(python, work / "build")
+    run(
+        builder,
+        "-m",
+        "pip",
+        "wheel",
+        "-q",
+        "--disable-pip-version-check",
+        "--no-deps",
+        "-w",
+        work,
+        sdist,
+        cwd=work,
+    )
+    wheel = next(work.glob("fvv-*.whl"))
+    size = wheel.stat().st_size / 2**20
+    assert size <= MOST_MIB, f"{wheel.name}: expected at most {MOST_MIB} MiB, found {size:.2f}"
+    user = environment(python, work / "use")
+    run(user, "-m", "pip", "install", "-q", "--disable-pip-version-check", wheel, cwd=work)
+    vectors = sorted((ROOT / "conformance/tiny").glob("*.fvv"))
+    said = run(user, "-c", USE, *vectors, cwd=work)
+    print(f"{version}: {wheel.name}, {size:.2f} MiB: {said}", flush=True)
+
+
+def main():
+    chosen = sys.argv[1:] or list(pythons())
+    assert chosen, "no Python to try"
+    with tempfile.TemporaryDirectory(prefix="fvv-wheels-") as folder:
+        work = pathlib.Path(folder)
+        builder = environment(sys.executable, work / "build")
+        run(builder, "-m", "pip", "install", "-q", "--disable-pip-version-check", "build", cwd=work)
+        run(builder, "-m", "build", "--sdist", "--outdir", work, ROOT, cwd=work)
+        sdist = next(work.glob("fvv-*.tar.gz"))
+        for i, python in enumerate(chosen):
+            (work / str(i)).mkdir()
+            try_wheel(python, sdist, work / str(i))
+
+
+if __name__ == "__main__":
+    main()
