@@ -13,6 +13,7 @@ from ._core import Camera, Mesh, Picture, Sound, library_version
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
 from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
+from .player import Player
 from .reader import Configuration, Damage, End, Event, FrameEvent, Reader
 from .records import Check, Description, Limits, Problem, Rung, Track
 
@@ -37,6 +38,7 @@ __all__ = [
     "Limits",
     "Mesh",
     "Picture",
+    "Player",
     "Problem",
     "ReadAt",
     "Readable",

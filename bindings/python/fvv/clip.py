@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import threading
+import weakref
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any, BinaryIO, Protocol, overload
+
+import numpy
+from numpy.typing import NDArray
 
 from . import _core
 from ._core import Camera, Mesh, Picture, Sound
 from .errors import DamagedError, UsageError
 from .frames import ATLAS, ByCamera, Frame, Key, Weights
+from .player import INLINE_LIMIT, Player, Server, inline_player, script_of
 from .records import Check, Description, Limits, Problem, Rung, Track
 
 
@@ -160,13 +166,18 @@ class Clip:
         what, self.name = _source_of(source)
         self._stream = _core.Stream(what, self.name, rung, _given(limits))
         self._lock = threading.Lock()
+        self._server: Server | None = None
         self._descriptions: dict[int, Description] = {}
         self._description: Description | None = None
         self.rung = rung
 
     def close(self) -> None:
-        """Releases the source. May be called again."""
+        """Releases the source, and ends what `show` serves. May be called again."""
         self._stream.close()
+        with self._lock:
+            server, self._server = self._server, None
+        if server is not None:
+            server.close()
 
     @property
     def closed(self) -> bool:
@@ -264,6 +275,57 @@ class Clip:
     def problems(self) -> list[Problem]:
         """The damage that was met so far. `fvv.check` looks for all of it."""
         return [Problem(*found) for found in self._stream.problems()]
+
+    @property
+    def size(self) -> int:
+        """Bytes of the stream. With `read_at` a clip is a `ReadAt` itself."""
+        self._require_open()
+        return self._stream.byte_count
+
+    def read_at(self, offset: int, size: int) -> bytes:
+        """Exactly size bytes of the stream from offset. `UsageError` beyond its end."""
+        if offset < 0 or size < 0:
+            raise UsageError(f"{size} bytes at {offset}: expected 0 or more", file=self.name)
+        return self._stream.read_at(offset, size)
+
+    def chunks(self, group: int | None = None) -> NDArray[numpy.void]:
+        """Where the bytes are: a structured array, (chunks,), of all groups in order of the stream, or of one group.
+
+        Fields: `group` (number in the file), `type` (four characters, as bytes), `track`, `key` (bool: decodes alone), `time`
+        (ticks of `time_base`), `offset` (bytes from the start of the stream to the chunk's header), `size` (bytes of payload,
+        without the header). A group whose table is damaged is left out and becomes one of `problems`; asked for alone it
+        raises `DamagedError`.
+        """
+        if group is not None and group < 0:
+            raise UsageError(f"group {group}: expected 0 or more", file=self.name)
+        return self._stream.chunks(group)
+
+    def show(
+        self,
+        *,
+        width: int | str = "100%",
+        inline: bool | None = None,
+        player: str | os.PathLike[str] | None = None,
+    ) -> Player:
+        """The clip in `<fvv-player>`, for notebooks: what the last line of a cell returns is shown.
+
+        width: pixels, or a length of CSS; the height follows, 16:9. inline: True, the stream is part of the page and plays
+        without Python, `UsageError` above 64 MiB; False, it is served to this computer until `close`, and only browsers on this
+        computer play it; None, inline up to 64 MiB. player: path of a script by js/player/bundle.mjs in place of the package's.
+        """
+        self._require_open()
+        script = script_of(None if player is None else os.fspath(player))
+        side = f"{width}px" if isinstance(width, int) else width
+        if not re.fullmatch(r"\d+(\.\d+)?(px|%|em|rem|vw)", side):
+            raise UsageError(f"width {width!r}: expected pixels, or a length of CSS such as 50%")
+        title = os.path.basename(self.name)
+        if self.size <= INLINE_LIMIT if inline is None else inline:
+            return inline_player(self._stream, title, side, script)
+        with self._lock:
+            if self._server is None:
+                self._server = Server(self._stream, title, script)
+                weakref.finalize(self, self._server.close)
+        return Player(f'src="{self._server.url}"', side, self._server.url)
 
     def __repr__(self) -> str:
         return f"<fvv.Clip {self.name}{': closed' if self.closed else ''}>"

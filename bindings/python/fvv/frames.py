@@ -10,6 +10,8 @@ import numpy
 import numpy.typing
 
 from ._core import Camera, LiveFrame, Mesh, Picture
+from .errors import Error
+from .pictures import on_screen, png, shrunk
 from .records import Description
 
 Value = TypeVar("Value")
@@ -129,6 +131,15 @@ class Frame(abc.ABC):
     def atlas(self) -> Picture | None:
         """The picture that the mesh's texture coordinates address; None: the stream has none."""
         return self._load_atlas()
+
+    def _repr_png_(self) -> bytes | None:
+        """What notebooks show: the picture of the first camera. None: there is none, or it is damaged."""
+        try:
+            for picture in self.images.values():
+                return png(shrunk(on_screen(picture.whole())))
+        except Error:
+            return None
+        return None
 
 
 class ReceivedFrame(Frame):

@@ -154,6 +154,16 @@ py::tuple describe(const fvv_diagnostic &diagnostic, const std::string &file) {
                         text_of(failure.line.data(), failure.line.size()));
 }
 
+// A chunk as numpy shows it; the names of the fields are those of the columns.
+struct ChunkRow {
+  uint32_t group;
+  char type[4];
+  uint16_t track;
+  bool key;
+  int64_t time;
+  uint64_t offset, size;
+};
+
 // ---- the clip ------------------------------------------------------------------------------------------
 
 // Calls work() without the GIL, under the lock. The GIL is never waited for with the lock unless the thread
@@ -176,13 +186,7 @@ template <class Work> auto Stream::run(const Work &work) {
     try {
       return work();
     } catch (const Failure &failure) {
-      const fvv_diagnostic &d = failure.diagnostic;
-      const auto same = [&](const fvv_diagnostic &other) {
-        return other.offset == d.offset && !std::strcmp(other.message, d.message);
-      };
-      if (d.status <= FVV_ERROR_DAMAGED && d.status > FVV_ERROR_BUG && met.size() < 1000 &&
-          std::none_of(met.begin(), met.end(), same))
-        met.push_back(d);
+      meet(failure.diagnostic);
       throw;
     }
   };
@@ -198,10 +202,20 @@ template <class Work> auto Stream::run(const Work &work) {
   }
 }
 
+void Stream::meet(const fvv_diagnostic &d) {
+  const auto same = [&](const fvv_diagnostic &other) {
+    return other.offset == d.offset && !std::strcmp(other.message, d.message);
+  };
+  if (d.status <= FVV_ERROR_DAMAGED && d.status > FVV_ERROR_BUG && met.size() < 1000 &&
+      std::none_of(met.begin(), met.end(), same))
+    met.push_back(d);
+}
+
 Stream::Stream(const py::object &object, const std::string &name, size_t the_rung, const py::dict &given)
     : limits(given), rung(the_rung), source(object, name), survey(source.file(), &limits.core) {
   run([&] {
     const fvv_input input = source.file().input();
+    byte_count = input.size;
     fvv_stream *opened = nullptr;
     fvv_diagnostic diagnostic = {};
     call(fvv_stream_open(&input, &limits.core, nullptr, &opened, &diagnostic), diagnostic);
@@ -545,7 +559,66 @@ py::list Stream::problems() {
   return out;
 }
 
+py::array Stream::chunks(std::optional<size_t> wanted) {
+  const std::vector<ChunkRow> rows = run([&] {
+    std::vector<ChunkRow> out;
+    // A handle of its own: that of the stream is not to be used beside it.
+    const fvv_input input = source.file().input();
+    fvv_file *opened = nullptr;
+    fvv_diagnostic diagnostic = {};
+    call(fvv_file_open(&input, &limits.core, nullptr, &opened, &diagnostic), diagnostic);
+    const std::unique_ptr<fvv_file, void (*)(fvv_file *)> file(opened, fvv_file_close);
+    const size_t count = fvv_file_group_count(opened);
+    if (wanted && *wanted >= count)
+      throw Failure(FVV_ERROR_ARGUMENT, "group " + std::to_string(*wanted) + " of " + std::to_string(count),
+                    source.name());
+    for (size_t group = wanted.value_or(0); group < (wanted ? *wanted + 1 : count); group++) {
+      const fvv_chunk_info *chunks = nullptr;
+      size_t chunk_count = 0;
+      diagnostic = {};
+      const fvv_status status = fvv_file_group_chunks(opened, group, &chunks, &chunk_count, &diagnostic);
+      if (!wanted && status <= FVV_ERROR_DAMAGED && status > FVV_ERROR_BUG) {
+        meet(diagnostic);
+        continue;
+      }
+      call(status, diagnostic);
+      for (size_t i = 0; i < chunk_count; i++) {
+        const fvv_chunk_info &chunk = chunks[i];
+        ChunkRow row = {};
+        row.group = uint32_t(group);
+        for (int k = 0; k < 4; k++) row.type[k] = char(chunk.type >> 8 * k & 0xff);
+        row.track = chunk.track;
+        row.key = (chunk.flags & FVV_FLAG_KEY) != 0;
+        row.time = chunk.time;
+        row.offset = chunk.offset;
+        row.size = chunk.size;
+        out.push_back(row);
+      }
+    }
+    for (size_t k = 0; k < fvv_file_damage_count(opened); k++) meet(*fvv_file_damage(opened, k));
+    return out;
+  });
+  return py::array_t<ChunkRow>(py::ssize_t(rows.size()), rows.data());
+}
+
+py::bytes Stream::read_at(uint64_t offset, size_t size) {
+  std::string out;
+  run([&] {
+    if (offset > byte_count || size > byte_count - offset)
+      throw Failure(FVV_ERROR_ARGUMENT,
+                    std::to_string(size) + " bytes at " + std::to_string(offset) + " of " +
+                        std::to_string(byte_count),
+                    source.name());
+    out.resize(size);
+    const fvv_input input = source.file().input();
+    if (size) call(input.read_at(input.user, offset, out.data(), size), {});
+    return true;
+  });
+  return py::bytes(out);
+}
+
 void register_stream(py::module_ &module) {
+  PYBIND11_NUMPY_DTYPE(ChunkRow, group, type, track, key, time, offset, size);
   py::class_<Stream>(module, "Stream")
       .def(py::init<const py::object &, const std::string &, size_t, const py::dict &>(), py::arg("source"),
            py::arg("name"), py::arg("rung"), py::arg("limits"))
@@ -564,7 +637,10 @@ void register_stream(py::module_ &module) {
       .def("picture_cameras", &Stream::picture_cameras, py::arg("frame"))
       .def("picture", &Stream::picture, py::arg("frame"), py::arg("camera"))
       .def("sounds", &Stream::sounds)
-      .def("problems", &Stream::problems);
+      .def("problems", &Stream::problems)
+      .def("chunks", &Stream::chunks, py::arg("group") = py::none())
+      .def_property_readonly("byte_count", &Stream::bytes_in_all)
+      .def("read_at", &Stream::read_at, py::arg("offset"), py::arg("size"));
 }
 
 } // namespace fvv::python

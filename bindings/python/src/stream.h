@@ -69,6 +69,10 @@ public:
   std::shared_ptr<Picture> picture(size_t i, uint16_t camera);
   std::vector<std::shared_ptr<Sound>> sounds();
   py::list problems();
+  // Of a group, or of all whose tables can be read: a structured array, see ChunkRow.
+  py::array chunks(std::optional<size_t> group);
+  uint64_t bytes_in_all() const { return byte_count; }
+  py::bytes read_at(uint64_t offset, size_t size);
 
 private:
   struct Place {
@@ -80,6 +84,7 @@ private:
     int64_t ticks, number;
   };
   template <class Work> auto run(const Work &work);
+  void meet(const fvv_diagnostic &damage); // it becomes one of the problems
   const Place &place_of(size_t i) const;
   Located locate(size_t i);
   const fvv_configuration &configuration_of(size_t group);
@@ -95,6 +100,7 @@ private:
   demux::Stream stream;
   demux::Plan plan;
   std::vector<Place> places;
+  uint64_t byte_count = 0;
   std::map<uint16_t, TrackVideo> videos; // by track, of the configuration at video_configuration
   uint64_t video_configuration = 0;
   std::vector<fvv_diagnostic> met; // damage that reading ran into
