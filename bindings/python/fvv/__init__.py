@@ -14,7 +14,7 @@ from .clip import Clip, ClipFrame, Readable, ReadAt, check
 from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
 from .player import Player
-from .reader import Configuration, Damage, End, Event, FrameEvent, Reader
+from .reader import Configuration, Damage, End, Event, FrameEvent, Reader, SoundEvent
 from .records import Check, Description, Limits, Problem, Rung, Track
 
 __version__ = library_version
@@ -46,6 +46,7 @@ __all__ = [
     "ReceivedFrame",
     "Rung",
     "Sound",
+    "SoundEvent",
     "Track",
     "UnsupportedError",
     "UsageError",

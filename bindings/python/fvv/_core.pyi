@@ -144,6 +144,11 @@ class Sound:
     @property
     def position(self) -> NDArray[numpy.float64] | None:
         """(3,) metres: where it is heard from. None: everywhere, or from a place that moves."""
+    @property
+    def moves(self) -> bool: ...
+    def position_at(self, seconds: float) -> NDArray[numpy.float64] | None:
+        """(3,) metres: where it is heard from at a time of the clip, in seconds; of sound that moves, in a straight line between the
+        places that were sent, and the first or last one beyond. None: everywhere."""
     def samples(self) -> NDArray[numpy.float32]:
         """(samples, channels), full scale 1: decodes the packets into a new array."""
 
@@ -182,9 +187,19 @@ class LiveFrame:
     def cameras(self) -> dict[int, Camera | None]: ...
     @property
     def pictures(self) -> dict[int, Picture]: ...
+    def visibility(self, mesh_track: int, camera: int) -> NDArray[numpy.uint8] | None: ...
 
 class LiveReader:
-    def __init__(self, name: str, rung: int, pictures: bool, join: bool, limits: dict[str, int]) -> None: ...
+    def __init__(
+        self,
+        name: str,
+        rung: int,
+        pictures: bool,
+        visibility: bool,
+        sound: bool,
+        join: bool,
+        limits: dict[str, int],
+    ) -> None: ...
     def feed(self, bytes: Any) -> list[tuple[Any, ...]]: ...
     def finish(self) -> list[tuple[Any, ...]]: ...
 

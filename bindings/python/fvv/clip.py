@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._core import Camera, Mesh, Picture, Sound
 from .errors import DamagedError, UsageError
-from .frames import ATLAS, ByCamera, Frame, Key, Weights
+from .frames import ATLAS, ByCamera, Frame, Weights
 from .player import INLINE_LIMIT, Player, Server, inline_player, script_of
 from .records import Check, Description, Limits, Problem, Rung, Track
 
@@ -139,15 +139,8 @@ class ClipFrame(Frame):
         self._located()
         return self._stream.picture(self.index, ATLAS)
 
-    def visibility(self, camera: Key) -> Weights | None:
-        """How much a camera sees around each vertex of `mesh`: uint8 of shape (vertices,), 0 nothing to 255 everything, and
-        127 where the surface is turned away from the camera. None: the stream has no weights of this camera."""
-        identifier = self._description.camera(camera)
-        if identifier is None:
-            raise KeyError(camera)
-        for track in self._description.meshes[:1]:
-            return self._stream.visibility(self.index, track, identifier)
-        return None
+    def _load_visibility(self, mesh_track: int, camera: int) -> Weights | None:
+        return self._stream.visibility(self.index, mesh_track, camera)
 
     def __repr__(self) -> str:
         return f"<fvv frame {self.number} of {self._clip.name}>"

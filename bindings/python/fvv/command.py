@@ -13,7 +13,7 @@ from . import __version__, information
 from . import open as open_clip
 from .clip import Clip
 from .errors import Error, UsageError
-from .outputs import require_writable, write_whole
+from .outputs import output_of
 
 DONE, FAILED, USAGE, LOSS = 0, 1, 2, 3
 FORMATS = ("png", "svg", "pdf")
@@ -76,8 +76,13 @@ def run_plot(given: argparse.Namespace) -> int:
             raise UsageError(
                 f"{given.output}: expected a name ending in .{', .'.join(FORMATS)}", file=given.output
             )
-        require_writable(given.output, [given.file], given.force)
-        write_whole(given.output, save(plot(clip), kind), sources=[given.file], overwrite=given.force)
+        # Refused before anything is drawn.
+        output = output_of(given.output, given.force, [given.file])
+        try:
+            output.write(memoryview(save(plot(clip), kind)))
+            output.commit()
+        finally:
+            output.discard()
         return _code(clip)
 
 

@@ -10,7 +10,7 @@ import numpy
 import numpy.typing
 
 from ._core import Camera, LiveFrame, Mesh, Picture
-from .errors import Error
+from .errors import Error, UsageError
 from .pictures import on_screen, png, shrunk
 from .records import Description
 
@@ -18,6 +18,8 @@ Value = TypeVar("Value")
 Key = Union[int, str]
 #: In place of a camera's identifier: the picture is an atlas (`FVV_NO_CAMERA`).
 ATLAS = 65535
+#: Visibility weights, (vertices,).
+Weights = numpy.typing.NDArray[numpy.uint8]
 
 
 class ByCamera(Mapping[Key, Value], Generic[Value]):
@@ -91,6 +93,9 @@ class Frame(abc.ABC):
     @abc.abstractmethod
     def _load_atlas(self) -> Picture | None: ...
 
+    @abc.abstractmethod
+    def _load_visibility(self, mesh_track: int, camera: int) -> Weights | None: ...
+
     @property
     def time(self) -> float:
         """The time in seconds."""
@@ -132,6 +137,17 @@ class Frame(abc.ABC):
         """The picture that the mesh's texture coordinates address; None: the stream has none."""
         return self._load_atlas()
 
+    def visibility(self, camera: Key) -> Weights | None:
+        """How much a camera sees around each vertex of `mesh`: uint8 of shape (vertices,), 0 nothing to 255 everything, and
+        127 where the surface is turned away from the camera. None: the stream has no weights of this camera. KeyError: the
+        stream has no such camera."""
+        identifier = self._description.camera(camera)
+        if identifier is None:
+            raise KeyError(camera)
+        for track in self._description.meshes[:1]:
+            return self._load_visibility(track, identifier)
+        return None
+
     def _repr_png_(self) -> bytes | None:
         """What notebooks show: the picture of the first camera. None: there is none, or it is damaged."""
         try:
@@ -143,12 +159,13 @@ class Frame(abc.ABC):
 
 
 class ReceivedFrame(Frame):
-    """A frame from `fvv.Reader`. It has no visibility."""
+    """A frame from `fvv.Reader`."""
 
-    def __init__(self, description: Description, received: LiveFrame) -> None:
+    def __init__(self, description: Description, received: LiveFrame, has_visibility: bool) -> None:
         super().__init__()
         self._known = description
         self._received = received
+        self._has_visibility = has_visibility
 
     @property
     def _description(self) -> Description:
@@ -177,8 +194,10 @@ class ReceivedFrame(Frame):
     def _load_atlas(self) -> Picture | None:
         return self._received.pictures.get(ATLAS)
 
+    def _load_visibility(self, mesh_track: int, camera: int) -> Weights | None:
+        if not self._has_visibility:
+            raise UsageError("the reader decodes no visibility: pass visibility=True")
+        return self._received.visibility(mesh_track, camera)
+
     def __repr__(self) -> str:
         return f"<fvv frame {self.number} at {self.time:.3f} s>"
-
-
-Weights = numpy.typing.NDArray[numpy.uint8]

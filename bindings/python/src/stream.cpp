@@ -145,8 +145,10 @@ py::dict describe(const fvv_configuration &configuration, size_t rung) {
 }
 
 py::tuple describe(const fvv_diagnostic &diagnostic, const std::string &file) {
-  const Failure failure(diagnostic, file);
   const bool placed = diagnostic.issue || diagnostic.chunk_type;
+  // Without a place the line has none either.
+  const Failure failure =
+      placed ? Failure(diagnostic, file) : Failure(diagnostic.status, diagnostic.message, file);
   return py::make_tuple(fvv_status_text(diagnostic.status),
                         diagnostic.issue ? py::object(py::int_(diagnostic.issue)) : py::none(),
                         chunk_name(diagnostic.chunk_type),
@@ -517,7 +519,7 @@ std::vector<std::shared_ptr<Sound>> Stream::sounds() {
                                                                          packets.format.packet_duration
                                                    : int64_t(std::llround(begin));
         const int64_t from = std::clamp(heard, packets.start, packets.end());
-        out.push_back(std::make_shared<Sound>(Sound{std::move(sound), from}));
+        out.push_back(std::make_shared<Sound>(Sound{std::move(sound), from, base}));
       }
     }
     return out;

@@ -1,5 +1,6 @@
 #include "values.h"
 
+#include "arrays.h"
 #include "fvv_demux/views.h"
 #include "source.h"
 
@@ -30,13 +31,6 @@ template <class T> py::array copied(const T *data, const Shape &shape) {
   py::array_t<T> out(shape, data);
   freeze(out);
   return out;
-}
-
-// The array takes the vector's memory.
-template <class T> py::array owning(std::vector<T> &&values, const Shape &shape) {
-  auto *kept = new std::vector<T>(std::move(values));
-  const py::capsule owner(kept, [](void *p) { delete static_cast<std::vector<T> *>(p); });
-  return py::array_t<T>(shape, kept->data(), owner);
 }
 
 // ---- meshes --------------------------------------------------------------------------------------------
@@ -385,6 +379,24 @@ void register_sound(py::module_ &module) {
                                if (!s.sound.position) return py::none();
                                return copied(s.sound.position->data(), {3});
                              })
+      .def_property_readonly("moves", [](const Sound &s) { return !s.sound.places.empty(); })
+      .def(
+          "position_at",
+          [](const Sound &s, double seconds) -> py::object {
+            if (!std::isfinite(seconds))
+              throw Failure(FVV_ERROR_ARGUMENT, "seconds: expected a finite number");
+            if (!s.sound.position && s.sound.places.empty()) return py::none();
+            // Between ticks as between places: in a straight line.
+            const double ticks =
+                std::clamp(seconds * s.time_base.denominator / s.time_base.numerator, -9e15, 9e15);
+            const double tick = std::floor(ticks);
+            const scene::Place before = s.sound.position_at(int64_t(tick)),
+                               after = s.sound.position_at(int64_t(tick) + 1);
+            double place[3];
+            for (size_t k = 0; k < 3; k++) place[k] = before[k] + (ticks - tick) * (after[k] - before[k]);
+            return copied(place, {3});
+          },
+          py::arg("seconds"))
       .def("samples", samples_of)
       .def("__repr__", [](const Sound &s) {
         const auto &format = s.sound.packets.format;
