@@ -10,6 +10,7 @@ Lengths are metres, times seconds, pixels have their centres at .5; cameras look
 from __future__ import annotations
 
 from ._core import Camera, Mesh, Picture, Sound, library_version
+from .background import Background, BackgroundPart, Light
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
 from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
@@ -20,6 +21,8 @@ from .records import Check, Description, Limits, Problem, Rung, Track
 __version__ = library_version
 
 __all__ = [
+    "Background",
+    "BackgroundPart",
     "ByCamera",
     "Camera",
     "Check",
@@ -34,6 +37,7 @@ __all__ = [
     "Event",
     "Frame",
     "FrameEvent",
+    "Light",
     "LimitError",
     "Limits",
     "Mesh",

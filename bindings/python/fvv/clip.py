@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._core import Camera, Mesh, Picture, Sound
+from .background import Background
 from .errors import DamagedError, UsageError
 from .frames import ATLAS, ByCamera, Frame, Weights
 from .player import INLINE_LIMIT, Player, Server, inline_player, script_of
@@ -141,6 +142,13 @@ class ClipFrame(Frame):
 
     def _load_visibility(self, mesh_track: int, camera: int) -> Weights | None:
         return self._stream.visibility(self.index, mesh_track, camera)
+
+    @property
+    def background(self) -> Background | None:
+        """The static environment around the action, of all background tracks of the rung; None: the stream has none. Meshes are
+        decoded at each use: keep it."""
+        found = self._stream.background(self.index)
+        return None if found is None else Background.of(found)
 
     def __repr__(self) -> str:
         return f"<fvv frame {self.number} of {self._clip.name}>"
