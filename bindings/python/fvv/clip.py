@@ -29,6 +29,7 @@ class ReadAt(Protocol):
     @property
     def size(self) -> int:
         """Bytes in all."""
+        ...
 
     def read_at(self, offset: int, size: int) -> Any:
         """Exactly size bytes from offset, as bytes or another object with the buffer protocol."""
@@ -47,7 +48,7 @@ class _FileObject:
 
     def read_at(self, offset: int, size: int) -> bytes:
         self._file.seek(offset)
-        parts = []
+        parts: list[bytes] = []
         while size:
             part = self._file.read(size)
             if not part:
@@ -60,7 +61,7 @@ class _FileObject:
 def _source_of(source: Readable) -> tuple[Any, str]:
     """What the core reads, and what messages call it."""
     if isinstance(source, (str, os.PathLike)):
-        path = os.fspath(source)
+        path: str = os.fspath(source)
         if os.path.exists(path) and not os.path.isfile(path):
             raise UsageError(f"{path}: expected a file", file=path)
         with open(path, "rb"):  # for the usual exceptions

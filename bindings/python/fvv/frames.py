@@ -35,7 +35,7 @@ class ByCamera(Mapping[Key, Value], Generic[Value]):
 
     def __getitem__(self, key: Key) -> Value:
         identifier = self._description.camera(key)
-        if identifier not in self._identifiers or identifier is None:
+        if identifier is None or identifier not in self._identifiers:
             raise KeyError(key)
         if identifier not in self._known:
             self._known[identifier] = self._load(identifier)

@@ -179,7 +179,7 @@ def _cut(items: list[str], most: int, between: str = ", ") -> str:
 def _table(rows: list[tuple[str, ...]], sides: str) -> list[str]:
     most = 24
     widths = [max(len(row[column]) for row in rows) for column in range(len(sides))] if rows else []
-    out = []
+    out: list[str] = []
     for row in rows[:most]:
         cells = [cell.rjust(w) if side == "r" else cell.ljust(w) for cell, w, side in zip(row, widths, sides)]
         out.append("  " + "  ".join(cell for cell, w in zip(cells, widths) if w).rstrip())

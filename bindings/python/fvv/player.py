@@ -10,7 +10,7 @@ import os
 import re
 import secrets
 import threading
-from typing import Any
+from typing import Any, cast
 from urllib.parse import urlsplit
 
 from ._core import Stream
@@ -106,7 +106,10 @@ def inline_player(stream: Stream, title: str, width: str, script: bytes) -> Play
 
 class _Handler(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
-    server: _Listener
+
+    @property
+    def _listener(self) -> _Listener:
+        return cast(_Listener, self.server)
 
     def do_GET(self) -> None:
         self._reply(with_body=True)
@@ -116,12 +119,12 @@ class _Handler(http.server.BaseHTTPRequestHandler):
 
     def _reply(self, with_body: bool) -> None:
         folder, _, name = urlsplit(self.path).path[1:].partition("/")
-        if not secrets.compare_digest(folder.encode(), self.server.token.encode()):
+        if not secrets.compare_digest(folder.encode(), self._listener.token.encode()):
             self.send_error(404)
         elif name == "clip.fvv":
             self._reply_with_clip(with_body)
-        elif name in self.server.pages:
-            kind, content, coding = self.server.pages[name]
+        elif name in self._listener.pages:
+            kind, content, coding = self._listener.pages[name]
             self._begin(200, kind, len(content), **coding)
             if with_body:
                 self.wfile.write(content)
@@ -139,9 +142,9 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         self.end_headers()
 
     def _reply_with_clip(self, with_body: bool) -> None:
-        stream = self.server.stream
+        stream = self._listener.stream
         size, kind = stream.byte_count, "application/octet-stream"
-        tag = {"ETag": f'"{self.server.token}"', "Accept_Ranges": "bytes"}
+        tag = {"ETag": f'"{self._listener.token}"', "Accept_Ranges": "bytes"}
         wanted = self.headers.get("Range")
         first, last, status = 0, size - 1, 200
         if wanted is not None:
@@ -161,7 +164,7 @@ class _Handler(http.server.BaseHTTPRequestHandler):
             # The clip was closed, or the browser has enough: the reply is shorter than announced.
             self.close_connection = True
 
-    def log_message(self, *_: Any) -> None:
+    def log_message(self, format: str, *args: Any) -> None:
         """Requests are not reported."""
 
 

@@ -98,7 +98,7 @@ def series_of(clip: Clip, times: Floats) -> list[Series]:
     for track in sent:
         name = f"{track.kind} {track.id}" + (f": {track.name}" if track.name not in ("", track.kind) else "")
         names.setdefault(f"all {track.kind} tracks" if grouped else name, []).append(track)
-    out = []
+    out: list[Series] = []
     for name, tracks in names.items():
         kind = tracks[0].kind
         alike = [other for other in names.values() if other[0].kind == kind]
@@ -223,10 +223,14 @@ def draw_layout(axes: Axes, cameras: list[Camera], mesh: Mesh | None, flat: Floa
         fill = PolyCollection(list(corners), facecolors=COLOURS["mesh"], edgecolors=COLOURS["mesh"])
         fill.set(linewidth=0.3, rasterized=True)
         axes.add_collection(fill)
-    centres = numpy.array([camera.centre for camera in cameras]).reshape(-1, 3)
+    centres: Floats = numpy.zeros((len(cameras), 3))
+    for i, camera in enumerate(cameras):
+        centres[i] = camera.centre
     middle = scene.mean(axis=0) if len(scene) else centres.mean(axis=0)
-    size = 0.18 * float(numpy.median(numpy.linalg.norm(centres - middle, axis=1))) if len(cameras) else 0.0
-    lines, points = [], [scene, centres]
+    away: Floats = numpy.sort(numpy.linalg.norm(centres - middle, axis=1))
+    size = 0.18 * float(away[len(away) // 2]) if len(cameras) else 0.0
+    lines: list[Floats] = []
+    points = [scene, centres]
     for camera in cameras:
         pixels = numpy.array([[0, 0], [camera.width, 0], [camera.width, camera.height], [0, camera.height]])
         ends = camera.unproject(pixels, size)
