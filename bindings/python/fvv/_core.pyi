@@ -9,11 +9,14 @@ class Mesh:
     """A triangle mesh. Arrays are read-only views of the mesh's memory and keep it alive."""
 
     @property
-    def track(self) -> int: ...
+    def track(self) -> int:
+        """Identifier of the mesh track."""
     @property
-    def vertex_count(self) -> int: ...
+    def vertex_count(self) -> int:
+        """Rows of `positions`."""
     @property
-    def face_count(self) -> int: ...
+    def face_count(self) -> int:
+        """Rows of `indices`."""
     @property
     def positions(self) -> NDArray[numpy.float32]:
         """(vertices, 3) metres on the axes of the world: origin + step * lattice, rounded once."""
@@ -46,14 +49,17 @@ class Camera:
     """A calibrated camera: x_camera = R x_world + t, x right, y down, z forward, pixel centres at .5."""
 
     @property
-    def id(self) -> int: ...
+    def id(self) -> int:
+        """Its identifier in the stream."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Its name; may be empty."""
     @property
     def width(self) -> int:
         """Pixels of the picture that K belongs to."""
     @property
-    def height(self) -> int: ...
+    def height(self) -> int:
+        """Pixels of the picture that K belongs to."""
     @property
     def K(self) -> NDArray[numpy.float64]:
         """(3, 3): fx skew cx, 0 fy cy, 0 0 1, in pixels."""
@@ -76,7 +82,8 @@ class Camera:
     def r_max(self) -> float:
         """Radius up to which the lens model is valid, at z = 1; an angle in radians for fisheye."""
     @property
-    def moves(self) -> bool: ...
+    def moves(self) -> bool:
+        """Its calibration changes from frame to frame."""
     def project(self, points: ArrayLike) -> NDArray[numpy.float64]:
         """(..., 3) metres in the world to (..., 2) pixels. NaN behind the camera and beyond r_max; a pixel may lie outside
         the picture."""
@@ -110,9 +117,11 @@ class Sound:
     """Packets of an audio track that follow each other without a gap."""
 
     @property
-    def track(self) -> int: ...
+    def track(self) -> int:
+        """Identifier of the audio track."""
     @property
-    def title(self) -> str: ...
+    def title(self) -> str:
+        """The name of the track; may be empty."""
     @property
     def language(self) -> str:
         """BCP 47; may be empty."""
@@ -123,7 +132,8 @@ class Sound:
     def rate(self) -> int:
         """Samples per second."""
     @property
-    def channels(self) -> int: ...
+    def channels(self) -> int:
+        """1 to 8."""
     @property
     def start(self) -> float:
         """Time of the first of `samples()`, in seconds of the clip."""
@@ -137,7 +147,8 @@ class Sound:
     def packets_start(self) -> int:
         """Time of the first sample that the first packet decodes to, in samples."""
     @property
-    def packets(self) -> tuple[bytes, ...]: ...
+    def packets(self) -> tuple[bytes, ...]:
+        """As they were sent; `packet_duration` samples each."""
     @property
     def record(self) -> bytes:
         """Opus: the header of RFC 7845 clause 5.1. AAC: AudioSpecificConfig."""
@@ -145,7 +156,8 @@ class Sound:
     def position(self) -> NDArray[numpy.float64] | None:
         """(3,) metres: where it is heard from. None: everywhere, or from a place that moves."""
     @property
-    def moves(self) -> bool: ...
+    def moves(self) -> bool:
+        """It is heard from a place that moves: `position_at`."""
     def position_at(self, seconds: float) -> NDArray[numpy.float64] | None:
         """(3,) metres: where it is heard from at a time of the clip, in seconds; of sound that moves, in a straight line between the
         places that were sent, and the first or last one beyond. None: everywhere."""

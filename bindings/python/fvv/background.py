@@ -45,7 +45,7 @@ class Light:
     """A light as in KHR_lights_punctual of glTF. What a type does not use is 0."""
 
     kind: str  #: "directional", "point" or "spot".
-    casts_shadows: bool
+    casts_shadows: bool  #: In players that draw shadows.
     position: Triple  #: Metres, axes of the world.
     direction: Triple  #: Of unit length, in which the light travels.
     colour: Triple  #: Red, green, blue, linear light, 0 to 1.
@@ -59,12 +59,12 @@ class Light:
 class Background:
     """The environment at a time of a clip. It stays valid after the clip is closed."""
 
-    parts: tuple[BackgroundPart, ...]
+    parts: tuple[BackgroundPart, ...]  #: They are drawn together.
     pictures: tuple[bytes, ...]  #: Files, JPEG or PNG, sRGB.
-    lights: tuple[Light, ...]
+    lights: tuple[Light, ...]  #: For players that light or draw shadows.
 
     @classmethod
-    def of(cls, raw: tuple[Any, Any, Any]) -> Background:
+    def _of(cls, raw: tuple[Any, Any, Any]) -> Background:
         parts, pictures, lights = raw
         return cls(
             tuple(BackgroundPart(*part) for part in parts),

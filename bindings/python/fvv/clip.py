@@ -149,7 +149,7 @@ class ClipFrame(Frame):
         """The static environment around the action, of all background tracks of the rung; None: the stream has none. Meshes are
         decoded at each use: keep it."""
         found = self._stream.background(self.index)
-        return None if found is None else Background.of(found)
+        return None if found is None else Background._of(found)
 
     def __repr__(self) -> str:
         return f"<fvv frame {self.number} of {self._clip.name}>"
@@ -183,6 +183,7 @@ class Clip:
 
     @property
     def closed(self) -> bool:
+        """Whether `close` was called."""
         return self._stream.closed
 
     def __enter__(self) -> Clip:

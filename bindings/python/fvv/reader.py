@@ -20,14 +20,14 @@ from .records import Description, Limits, Problem
 class Configuration:
     """A configuration block arrived: tracks, cameras and lattice from here on."""
 
-    description: Description
+    description: Description  #: What holds for the frames after it.
 
 
 @dataclasses.dataclass(frozen=True)
 class FrameEvent:
     """A whole frame arrived."""
 
-    frame: ReceivedFrame
+    frame: ReceivedFrame  #: It stays valid while the reader goes on.
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,7 +47,7 @@ class SoundEvent:
 class Damage:
     """Something is damaged. The rest of its group is left out; the next group continues."""
 
-    problem: Problem
+    problem: Problem  #: What is wrong, and where.
     skipped: int  #: Bytes that were passed over; 0 when a rule is broken and no byte is lost.
 
 
