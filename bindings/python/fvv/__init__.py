@@ -11,10 +11,12 @@ from __future__ import annotations
 
 from ._core import Camera, Mesh, Picture, Sound, library_version
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
+from .comparison import Comparison, compare
 from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
 from .reader import Configuration, Damage, End, Event, FrameEvent, Reader
 from .records import Check, Description, Limits, Problem, Rung, Track
+from .view import Rendering, render
 
 __version__ = library_version
 
@@ -24,6 +26,7 @@ __all__ = [
     "Check",
     "Clip",
     "ClipFrame",
+    "Comparison",
     "Configuration",
     "Damage",
     "DamagedError",
@@ -42,13 +45,16 @@ __all__ = [
     "Readable",
     "Reader",
     "ReceivedFrame",
+    "Rendering",
     "Rung",
     "Sound",
     "Track",
     "UnsupportedError",
     "UsageError",
     "check",
+    "compare",
     "open",
+    "render",
 ]
 
 

@@ -185,3 +185,15 @@ class LiveReader:
     def finish(self) -> list[tuple[Any, ...]]: ...
 
 def check(source: Any, name: str, decode: bool, limits: dict[str, int]) -> dict[str, Any]: ...
+def render(clip: Stream, frame: int, target: Any, options: dict[str, Any]) -> dict[str, Any]: ...
+def compare(
+    a: Any,
+    b: Any,
+    frames: tuple[int, int] | None,
+    start: int | None,
+    samples: int,
+    points_of_samples: bool,
+    peak: float | None,
+    threads: int,
+    progress: Any,
+) -> dict[str, Any]: ...

@@ -70,6 +70,18 @@ public:
   std::vector<std::shared_ptr<Sound>> sounds();
   py::list problems();
 
+  // The bytes of the clip for another reader in C++: reads take turns with this object's, and fail when the
+  // clip is closed. Valid as long as this object.
+  fvv_input reading();
+  // With the GIL, after such a reader: raises what made its reads fail.
+  void check_reading();
+  // Throws Failure when the pictures of a frame are beyond the limits.
+  void check_pictures(size_t i);
+  const fvv_limits &core_limits() const { return limits.core; }
+  uint64_t max_picture_memory() const { return limits.max_picture_memory; }
+  size_t chosen_rung() const { return rung; }
+  const std::string &name() const { return source.name(); }
+
 private:
   struct Place {
     size_t begin, count; // frames of the clip
@@ -79,6 +91,7 @@ private:
     size_t frame, first, group; // of fvv_stream; first: of the group
     int64_t ticks, number;
   };
+  static fvv_status read_in_turn(void *user, uint64_t offset, void *out, size_t size);
   template <class Work> auto run(const Work &work);
   const Place &place_of(size_t i) const;
   Located locate(size_t i);

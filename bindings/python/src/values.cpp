@@ -1,5 +1,6 @@
 #include "values.h"
 
+#include "arrays.h"
 #include "fvv_demux/views.h"
 #include "source.h"
 
@@ -30,13 +31,6 @@ template <class T> py::array copied(const T *data, const Shape &shape) {
   py::array_t<T> out(shape, data);
   freeze(out);
   return out;
-}
-
-// The array takes the vector's memory.
-template <class T> py::array owning(std::vector<T> &&values, const Shape &shape) {
-  auto *kept = new std::vector<T>(std::move(values));
-  const py::capsule owner(kept, [](void *p) { delete static_cast<std::vector<T> *>(p); });
-  return py::array_t<T>(shape, kept->data(), owner);
 }
 
 // ---- meshes --------------------------------------------------------------------------------------------
