@@ -9,6 +9,7 @@ Lengths are metres, times seconds, pixels have their centres at .5; cameras look
 
 from __future__ import annotations
 
+from . import friends
 from ._core import Camera, Mesh, Picture, Sound, library_version
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
 from .comparison import Comparison, compare
@@ -53,6 +54,7 @@ __all__ = [
     "UsageError",
     "check",
     "compare",
+    "friends",
     "open",
     "render",
 ]

@@ -41,6 +41,13 @@ class Mesh:
     @property
     def colours(self) -> NDArray[numpy.uint8] | None:
         """(vertices, 3) red, green, blue of low resolution, sRGB. None: not sent."""
+    # Of fvv.friends.
+    def to_trimesh(self, atlas: Picture | NDArray[Any] | None = None) -> Any:
+        """A trimesh.Trimesh. atlas: the picture of the texture."""
+    def to_open3d(self) -> Any:
+        """An open3d.geometry.TriangleMesh."""
+    def to_pyvista(self) -> Any:
+        """A pyvista.PolyData."""
 
 class Camera:
     """A calibrated camera: x_camera = R x_world + t, x right, y down, z forward, pixel centres at .5."""

@@ -16,7 +16,7 @@ from .clip import Clip
 from .errors import UsageError
 
 Value = TypeVar("Value")
-#: (positions, indices) or (positions, indices, normals): (vertices, 3) numbers, (faces, 3) vertices, (vertices, 3) or None.
+#: (positions, indices[, normals[, uvs]]): (vertices, 3) numbers, (faces, 3) vertices, (vertices, 3) or None, and anything.
 Arrays = Sequence[Any]
 #: A path of a stream, a capture.json or its folder; a clip; a mesh; or a list of meshes, one for each frame.
 Comparable = Union[str, "os.PathLike[str]", Clip, Mesh, Arrays, Sequence[Union[Mesh, Arrays]]]
@@ -125,7 +125,7 @@ def compare(
     """Measures how far b is from a, with the figures of `fvvcompare` (docs/fvvcompare.md).
 
     a, b: a path of a stream, a capture.json or its folder; an open clip; a mesh, or a list of meshes, as `fvv.Mesh` or
-    (positions, indices[, normals]). Meshes in memory are numbered from 0, and have the unit and the frame rate of the other.
+    (positions, indices[, normals[, uvs]]). Meshes in memory are numbered from 0, and have the unit and the frame rate of the other.
     frames: numbers of a; None: all. start: the number of a that the first frame of b shows.
     samples: points of each surface and frame, besides its vertices.
     points: where D1 and D2 are taken: "vertices", or "samples", which means both.
@@ -214,8 +214,8 @@ def _given(argument: str, value: Comparable) -> Any:
 
 
 def _is_arrays(value: Any) -> bool:
-    """Whether it is (positions, indices[, normals]): its first item is a table of numbers, which no mesh is."""
-    if not isinstance(value, (tuple, list)) or len(value) not in (2, 3):
+    """Whether it is (positions, indices[, normals[, uvs]]): its first item is a table of numbers, which no mesh is."""
+    if not isinstance(value, (tuple, list)) or not 2 <= len(value) <= 4:
         return False
     return not isinstance(value[0], (Mesh, tuple)) and len(numpy.shape(value[0])) == 2
 
