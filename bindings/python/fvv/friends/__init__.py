@@ -4,7 +4,7 @@ them but Open3D, torch and Blender."""
 from __future__ import annotations
 
 from .._core import Mesh
-from . import imageio, usd
+from . import blender, imageio, usd
 from .dlpack import Shared, shared
 from .open3d import mesh_to_open3d
 from .pyvista import mesh_from_pyvista, mesh_to_pyvista
@@ -14,6 +14,7 @@ from .xarray import clip_to_dicts, clip_to_xarray
 __all__ = [
     "MeshArrays",
     "Shared",
+    "blender",
     "camera_to_trimesh",
     "clip_to_dicts",
     "clip_to_xarray",

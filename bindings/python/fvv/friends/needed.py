@@ -29,6 +29,22 @@ def along_minus_z(camera: Camera) -> NDArray[numpy.float64]:
     return out
 
 
+def turned(up: str, to: str) -> NDArray[numpy.float64]:
+    """(3, 3): the rotation that turns the axis up ("+x" ... "-z") into the axis to, by the shortest way."""
+    axes = []
+    for name in (up, to):
+        axis = numpy.zeros(3)
+        axis["xyz".index(name[1])] = 1 if name[0] == "+" else -1
+        axes.append(axis)
+    if (axes[0] == -axes[1]).all():
+        about = numpy.roll(axes[0], 1)
+        return 2 * numpy.outer(about, about) - numpy.eye(3)
+    x, y, z = numpy.cross(axes[0], axes[1])
+    across = numpy.array([(0, -z, y), (z, 0, -x), (-y, x, 0)])
+    out: NDArray[numpy.float64] = numpy.eye(3) + across + across @ across / (1 + axes[0] @ axes[1])
+    return out
+
+
 def linear_of_srgb(codes: NDArray[numpy.uint8]) -> NDArray[numpy.float32]:
     """Light of sRGB codes, 0 to 1 (IEC 61966-2-1)."""
     value = numpy.arange(256) / 255

@@ -12,16 +12,9 @@ import numpy
 from .._core import Camera, Mesh
 from ..clip import EVERY, Clip, ClipFrame
 from ..errors import UsageError
-from .needed import along_minus_z, linear_of_srgb, needed, upside_down
+from .needed import along_minus_z, linear_of_srgb, needed, turned, upside_down
 
 Path = Union[str, "os.PathLike[str]"]
-#: The rotation that turns an axis that USD does not know as up into +y.
-_TO_Y_UP = {
-    "+x": ((0, -1, 0), (1, 0, 0), (0, 0, 1)),
-    "-x": ((0, 1, 0), (-1, 0, 0), (0, 0, 1)),
-    "-y": ((-1, 0, 0), (0, -1, 0), (0, 0, 1)),
-    "-z": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
-}
 
 
 def export(clip: Clip, path: Path, frames: slice = EVERY, *, force: bool = False) -> None:
@@ -90,8 +83,8 @@ class _Stage:
         self._stage.SetFramesPerSecond(float(clip.rate))
         root = geometry.Xform.Define(self._stage, "/fvv")
         self._stage.SetDefaultPrim(root.GetPrim())
-        if up in _TO_Y_UP:
-            root.AddTransformOp().Set(self._matrix(_TO_Y_UP[up]))
+        if up not in ("+y", "+z"):
+            root.AddTransformOp().Set(self._matrix(turned(up, "+y")))
         # By path of the attribute: what its value follows from, the value, and the time code up to which it holds.
         self._known: dict[str, tuple[object, Any, float]] = {}
 
