@@ -21,8 +21,8 @@ def optional(module):
     """A package that is too large for tests/requirements.txt."""
     try:
         return importlib.import_module(module)
-    except ImportError:
-        pytest.skip(f"{module} is not installed: it is too large for tests/requirements.txt")
+    except ImportError as error:
+        pytest.skip(f"{error}; {module} is too large for tests/requirements.txt")
 
 
 def seen_by(camera, count=50):

@@ -13,11 +13,15 @@ if TYPE_CHECKING:
 
 
 def needed(module: str, extra: str) -> Any:
-    """A module of another package. ImportError names the extra of this package that installs it."""
+    """A module of another package. ImportError names the extra of this package that installs it; a package that is installed and
+    does not work raises what it raises."""
+    package = module.split(".")[0]
     try:
         return importlib.import_module(module)
-    except ImportError as error:
-        raise ImportError(f"{module.split('.')[0]} is needed: pip install fvv[{extra}]") from error
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != package:
+            raise
+        raise ImportError(f"{package} is needed: pip install fvv[{extra}]") from error
 
 
 def along_minus_z(camera: Camera) -> NDArray[numpy.float64]:
