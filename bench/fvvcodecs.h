@@ -3,7 +3,7 @@
 
 #include "fvv_scene/mesh_file.h"
 
-#include "fvvcompare/measure.h"
+#include "fvv_compare/measure.h"
 
 #include <algorithm>
 #include <ctime>

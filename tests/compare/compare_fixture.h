@@ -3,7 +3,7 @@
 
 #include "mux_fixture.h"
 
-#include "fvvcompare/compare.h"
+#include "fvvcompare/command.h"
 #include "fvvmux/options.h"
 #include "fvvsynth/random.h"
 
@@ -106,11 +106,11 @@ inline std::string make_stream(const Folder &folder, const std::string &capture,
 }
 
 inline fvv::compare::Result compared(const std::string &a, const std::string &b,
-                                     fvv::compare::Options options = {}) {
+                                     fvv::compare::Command options = {}) {
   options.a = a;
   options.b = b;
   fvv::compare::Result result;
-  fvv::compare::compare(options, result);
+  fvv::compare::run(options, result);
   return result;
 }
 

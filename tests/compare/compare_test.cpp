@@ -10,7 +10,7 @@ namespace {
 // Of points on a face that is 1 m away from the origin at most.
 constexpr double rounding = 1e-15;
 
-std::string failure_of(const std::string &a, const std::string &b, Options options = {}) {
+std::string failure_of(const std::string &a, const std::string &b, Command options = {}) {
   try {
     compared(a, b, options);
   } catch (const std::exception &error) {
@@ -106,7 +106,7 @@ TEST_CASE("pooled figures are those of all frames, the worse way counts") {
   CHECK(result.peak == Approx(std::sqrt(2)));
   REQUIRE(result.temporal);
   CHECK(result.temporal->rms == Approx(0.1));
-  Options options;
+  Command options;
   options.peak = 3;
   CHECK(compared(a, b, options).peak == 3);
   // Half of the plane: all of it is on the whole plane, but not the other way round.
@@ -126,7 +126,7 @@ TEST_CASE("figures do not depend on the number of threads") {
   std::vector<Mesh> moved;
   for (size_t i = 0; i < 7; i++) moved.push_back(noisy(::ball(int64_t(i)), 0.003, i));
   const std::string b = make_capture(folder, "b", moved);
-  Options options;
+  Command options;
   options.samples = 2000;
   const Result one = compared(a, b, options);
   options.threads = 5;
@@ -170,7 +170,7 @@ TEST_CASE("captures are matched by frame number, streams by time, unless --start
   REQUIRE(by_number.warnings.size() == 1);
   CHECK_THAT(by_number.warnings[0],
              Contains("whole/capture.json: 5 of 8 frames have no partner: 100 to 104, 112 to 114"));
-  Options options;
+  Command options;
   options.frames = {106, 110};
   CHECK(compared(whole, cut, options).warnings.empty());
 
@@ -223,7 +223,7 @@ TEST_CASE("a heat map is the second mesh, with its distance at each vertex") {
   Mesh bent = plane(1, 0);
   bent.positions[2] = 0.5; // of the first vertex
   const std::string b = make_capture(folder, "b", {plane(1, 0.25), bent}, {{5, 1, 5}});
-  Options options;
+  Command options;
   options.heatmap = folder.path("heat");
   const Result result = compared(a, b, options);
   const std::string path = folder.path("heat/0010.ply");

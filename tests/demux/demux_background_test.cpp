@@ -2,8 +2,8 @@
 #include "demux_fixture.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/environment.h"
+#include "fvv_view/frame.h"
 #include "fvvdemux/demux.h"
-#include "fvvrender/frame.h"
 
 #include <algorithm>
 
@@ -81,7 +81,7 @@ TEST_CASE("fvvdemux: several backgrounds become one environment") {
 
 TEST_CASE("fvvrender: several backgrounds are drawn") {
   const Scratch scratch;
-  const rendering::Frame frame = rendering::load_frame(scratch.file("in.fvv", make_stream(stage())), 4);
+  const view::Frame frame = view::load_frame(InputFile(scratch.file("in.fvv", make_stream(stage()))), 4);
   CHECK(frame.losses.empty());
   REQUIRE(frame.environment.size() == 3);
   CHECK(frame.environment[0].picture->pixels[0] == 10);
@@ -105,7 +105,7 @@ TEST_CASE("of several backgrounds one is damaged: the others are taken") {
   const scene::Capture described = scene::load_capture(scratch.path("out/capture.json"));
   CHECK(described.background->lattice->step == 0.25);
   CHECK(scene::load_environment(described).parts.size() == 2);
-  const rendering::Frame frame = rendering::load_frame(input, 1);
+  const view::Frame frame = view::load_frame(InputFile(input), 1);
   CHECK(frame.environment.size() == 2);
   REQUIRE(frame.losses.size() == 1);
   CHECK_THAT(frame.losses[0], Contains("no environment: track 12: "));

@@ -4,8 +4,8 @@
 #include "fvv_cxx/input_file.h"
 #include "fvv_demux/views.h"
 #include "fvv_scene/capture.h"
+#include "fvv_view/frame.h"
 #include "fvvdemux/demux.h"
-#include "fvvrender/frame.h"
 
 #include <cstdlib>
 
@@ -329,7 +329,7 @@ TEST_CASE("a stream whose pictures take more memory than allowed is refused befo
   const auto has = [](const std::string &text, const std::string &part) { return text.find(part) == 0; };
   CHECK(has(refusal([&] { unpack(input, scratch.path("out"), options); }), input + ": track 2: decoding "));
   CHECK(!fs::exists(scratch.path("out")));
-  CHECK(has(refusal([&] { rendering::load_frame(input, 0, options.memory); }),
+  CHECK(has(refusal([&] { view::load_frame(InputFile(input), 0, {options.memory}); }),
             input + ": frame 0: track 2: decoding "));
   options.pictures = demux::Pictures::none;
   CHECK(refusal([&] { unpack(input, scratch.path("meshes"), options); }).empty());

@@ -1,4 +1,5 @@
 // fvvcompare: how far two sequences of meshes are apart. Argument parsing only.
+#include "cli/cli.h"
 #include "fvvcompare/report.h"
 
 #include <CLI/CLI.hpp>
@@ -44,7 +45,7 @@ void tell(const compare::Result &result) {
 
 int main(int argc, char **argv) {
   CLI::App app{"Measure how far two sequences of meshes are apart."};
-  compare::Options options;
+  compare::Command options;
   options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
   Bounds bounds;
   std::string frames, table;
@@ -91,7 +92,7 @@ int main(int argc, char **argv) {
     if (table != "-") options.table = table;
     compare::Result result;
     try {
-      compare::compare(options, result);
+      compare::run(options, result);
     } catch (...) {
       tell(result);
       throw;

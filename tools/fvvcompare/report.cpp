@@ -116,7 +116,7 @@ Json json_of(const std::optional<Temporal> &temporal) {
 
 } // namespace
 
-std::string text(const Options &options, const Result &result) {
+std::string text(const Command &options, const Result &result) {
   const Table table(result);
   std::string out = "A " + options.a + ": " + frames_of(result.frames_a) + "\n";
   out += "B " + options.b + ": " + frames_of(result.frames_b) + "\n";
@@ -129,7 +129,7 @@ std::string text(const Options &options, const Result &result) {
   return out + table.all();
 }
 
-std::string json(const Options &options, const Result &result) {
+std::string json(const Command &options, const Result &result) {
   Json frames = Json::array();
   for (const FrameResult &frame : result.frames) frames.push_back(json_of(frame, result.peak));
   Json document = {{"fvvcompare", 1},

@@ -33,10 +33,10 @@ void tell(const rendering::Result &result) {
 int main(int argc, char **argv) {
   CLI::App app{"Draw a frame of a fvv file as any camera would see it, textured from its cameras."};
   rendering::Options options;
-  render::ViewOptions &view = options.view;
-  options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
-  options.memory = {cli::max_memory_default, cli::max_memory_option};
-  std::optional<std::string> sources, excluded;
+  view::Options &draw = options.draw;
+  draw.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  options.load.memory = {cli::max_memory_default, cli::max_memory_option};
+  std::optional<std::string> size, sources, excluded;
   std::vector<int> background = {0, 0, 0}, unseen = {128, 128, 128};
   bool as_json = false;
   const std::map<std::string, render::Visibility> tests = {{"bits", render::Visibility::given},
@@ -51,49 +51,49 @@ int main(int argc, char **argv) {
   app.add_option("--frame", options.frame, "number in the stream, from 0")
       ->check(CLI::Range(0, INT32_MAX))
       ->capture_default_str();
-  app.add_option("--rung", options.rung,
+  app.add_option("--rung", options.load.rung,
                  "of a stream with several qualities: 0 is the best, a number beyond the last means the last")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
-  app.add_option("--camera", options.target.camera, "draw what the camera with this identifier sees");
-  app.add_option("--pose", options.target.pose,
+  app.add_option("--camera", draw.target.camera, "draw what the camera with this identifier sees");
+  app.add_option("--pose", draw.target.pose,
                  "draw from here: EX,EY,EZ,TX,TY,TZ[,UX,UY,UZ], eye, a point to look at, up (default: the "
                  "stream's); metres")
       ->delimiter(',')
       ->expected(6, 9)
       ->type_name("NUMBERS");
-  app.add_option("--focal", options.target.focal, "focal length of --pose in pixels; default: the width")
+  app.add_option("--focal", draw.target.focal, "focal length of --pose in pixels; default: the width")
       ->check(CLI::Range(1e-3, 1e9));
-  app.add_option("--size", options.target.size, "of the picture; default: the camera's, with --pose 960x540")
+  app.add_option("--size", size, "of the picture; default: the camera's, with --pose 960x540")
       ->type_name("WxH");
   app.add_option("--sources", sources, "cameras to take texture from, 0-9,25; default: all");
   app.add_option("--exclude", excluded, "cameras to leave out, in the same way");
-  app.add_flag("!--no-pictures", options.pictures,
+  app.add_flag("!--no-pictures", draw.pictures,
                "show the mesh in the colours of its vertices, shaded, as a player does without pictures");
-  app.add_flag("--leave-one-out", options.leave_one_out, "take no texture from the camera of --camera");
-  app.add_option("--blend", options.blend,
+  app.add_flag("--leave-one-out", draw.leave_one_out, "take no texture from the camera of --camera");
+  app.add_option("--blend", draw.blend,
                  "weight cameras by the viewer's direction (viewer), or by the normal alone, as the paper of "
                  "2012 did (paper); default: the stream's, else viewer")
       ->transform(CLI::CheckedTransformer(blends).description(""));
-  app.add_option("--threshold", options.threshold,
+  app.add_option("--threshold", draw.threshold,
                  "least cosine between normal and ray to a camera; default: the stream's, else that of the "
                  "blend, 0.05 or 0.25")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--best", options.best, "cameras that are blended at most; default: the stream's, else 3")
+  app.add_option("--best", draw.best, "cameras that are blended at most; default: the stream's, else 3")
       ->check(CLI::Range(1u, render::max_best));
   app.add_option(
-         "--inset", options.inset,
+         "--inset", draw.inset,
          "metres from the mesh inward to the surface that cameras show; default: the stream's, else 0")
       ->check(CLI::Range(0.0, 1e6));
   auto *visible_by =
-      app.add_option("--visible-by", view.visibility,
+      app.add_option("--visible-by", draw.view.visibility,
                      "bits of the stream, of other cameras depth maps (default where the frame has bits); "
                      "depth: depth maps of all; rays: exact")
           ->transform(CLI::CheckedTransformer(tests).description(""));
-  app.add_option("--samples", view.samples, "of a pixel along its side: 1, 3, 5 or 7")
+  app.add_option("--samples", draw.view.samples, "of a pixel along its side: 1, 3, 5 or 7")
       ->check(CLI::IsMember({1, 3, 5, 7}))
       ->capture_default_str();
-  app.add_flag("!--no-environment", options.environment,
+  app.add_flag("!--no-environment", draw.environment,
                "draw the action alone, without the stream's background (unlit, without shadows)");
   app.add_option("--background", background, "colour behind all, R,G,B, 0 to 255; default black")
       ->delimiter(',')
@@ -112,10 +112,10 @@ int main(int argc, char **argv) {
   app.add_option("--visibility", options.visibility,
                  "also write which cameras see each point well enough: .exr");
   app.add_option("--mask", options.mask, "also write where the mesh is: .png");
-  cli::add_max_memory(app, options.memory.bytes);
+  cli::add_max_memory(app, options.load.memory.bytes);
   app.add_flag("--json", as_json, "print what was drawn as JSON");
   app.add_flag("--force", options.force, "replace existing files (docs/outputs.md)");
-  app.add_option("--threads", options.threads, "default: one for each processor; the picture is the same")
+  app.add_option("--threads", draw.threads, "default: one for each processor; the picture is the same")
       ->check(CLI::Range(1, 256));
   app.set_version_flag("--version", std::string("fvvrender ") + fvv_version());
   app.footer(
@@ -127,11 +127,17 @@ int main(int argc, char **argv) {
     return app.exit(error) ? cli::usage : cli::done;
   }
   return cli::run("fvvrender", [&] {
-    options.visible_by_default = !*visible_by;
-    if (sources) options.sources = demux::Selection::parse("--sources", *sources);
-    if (excluded) options.excluded = demux::Selection::parse("--exclude", *excluded);
-    view.background = colour_of("--background", background);
-    if (*unseen_option) options.unseen = colour_of("--unseen", unseen);
+    options.load.pictures = draw.pictures;
+    draw.view.keep_visibility = !options.visibility.empty();
+    draw.visible_by_default = !*visible_by;
+    if (size) {
+      draw.target.size.emplace();
+      cli::parse_size("--size", *size, draw.target.size->width, draw.target.size->height);
+    }
+    if (sources) draw.sources = demux::Selection::parse("--sources", *sources);
+    if (excluded) draw.excluded = demux::Selection::parse("--exclude", *excluded);
+    draw.view.background = colour_of("--background", background);
+    if (*unseen_option) draw.unseen = colour_of("--unseen", unseen);
     rendering::Result result;
     try {
       rendering::run(options, result);

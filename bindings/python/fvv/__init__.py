@@ -9,14 +9,17 @@ Lengths are metres, times seconds, pixels have their centres at .5; cameras look
 
 from __future__ import annotations
 
+from . import friends
 from ._core import Camera, Mesh, Picture, Sound, library_version
 from .background import Background, BackgroundPart, Light
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
+from .comparison import Comparison, compare
 from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
 from .player import Player
 from .reader import Configuration, Damage, End, Event, FrameEvent, Reader, SoundEvent
 from .records import Check, Description, Limits, Problem, Rung, Track
+from .view import Rendering, render
 
 __version__ = library_version
 
@@ -28,6 +31,7 @@ __all__ = [
     "Check",
     "Clip",
     "ClipFrame",
+    "Comparison",
     "Configuration",
     "Damage",
     "DamagedError",
@@ -48,6 +52,7 @@ __all__ = [
     "Readable",
     "Reader",
     "ReceivedFrame",
+    "Rendering",
     "Rung",
     "Sound",
     "SoundEvent",
@@ -55,7 +60,10 @@ __all__ = [
     "UnsupportedError",
     "UsageError",
     "check",
+    "compare",
+    "friends",
     "open",
+    "render",
 ]
 
 

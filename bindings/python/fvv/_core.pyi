@@ -44,6 +44,13 @@ class Mesh:
     @property
     def colours(self) -> NDArray[numpy.uint8] | None:
         """(vertices, 3) red, green, blue of low resolution, sRGB. None: not sent."""
+    # Of fvv.friends.
+    def to_trimesh(self, atlas: Picture | NDArray[Any] | None = None) -> Any:
+        """A trimesh.Trimesh. atlas: the picture of the texture."""
+    def to_open3d(self) -> Any:
+        """An open3d.geometry.TriangleMesh."""
+    def to_pyvista(self) -> Any:
+        """A pyvista.PolyData."""
 
 class Camera:
     """A calibrated camera: x_camera = R x_world + t, x right, y down, z forward, pixel centres at .5."""
@@ -217,3 +224,15 @@ class LiveReader:
     def finish(self) -> list[tuple[Any, ...]]: ...
 
 def check(source: Any, name: str, decode: bool, limits: dict[str, int]) -> dict[str, Any]: ...
+def render(clip: Stream, frame: int, target: Any, options: dict[str, Any]) -> dict[str, Any]: ...
+def compare(
+    a: Any,
+    b: Any,
+    frames: tuple[int, int] | None,
+    start: int | None,
+    samples: int,
+    points_of_samples: bool,
+    peak: float | None,
+    threads: int,
+    progress: Any,
+) -> dict[str, Any]: ...

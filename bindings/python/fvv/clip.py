@@ -37,6 +37,8 @@ class ReadAt(Protocol):
 
 #: A path, bytes or anything with the buffer protocol (mmap too), a binary file object, or a `ReadAt`.
 Readable = Any
+#: Of a clip: all frames.
+EVERY = slice(None)
 
 
 class _FileObject:
@@ -329,6 +331,25 @@ class Clip:
                 self._server = Server(self._stream, title, script)
                 weakref.finalize(self, self._server.close)
         return Player(f'src="{self._server.url}"', side, self._server.url)
+
+    def to_xarray(self, frames: slice = EVERY) -> Any:
+        """An `xarray.Dataset` of calibrations over time, and of the meshes where their faces do not change
+        (`fvv.friends.clip_to_xarray`)."""
+        from .friends import clip_to_xarray
+
+        return clip_to_xarray(self, frames)
+
+    def to_dicts(self, frames: slice = EVERY) -> Iterator[dict[str, Any]]:
+        """Each frame as a dict of plain values and arrays (`fvv.friends.clip_to_dicts`)."""
+        from .friends import clip_to_dicts
+
+        return clip_to_dicts(self, frames)
+
+    def to_usd(self, path: str | os.PathLike[str], frames: slice = EVERY, *, force: bool = False) -> None:
+        """Writes meshes and cameras over time as a USD file (`fvv.friends.usd.export`)."""
+        from .friends.usd import export
+
+        export(self, path, frames, force=force)
 
     def __repr__(self) -> str:
         return f"<fvv.Clip {self.name}{': closed' if self.closed else ''}>"

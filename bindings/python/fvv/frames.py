@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Iterator, Mapping
-from typing import Callable, Generic, TypeVar, Union
+from typing import Any, Callable, Generic, TypeVar, Union
 
 import numpy
 import numpy.typing
@@ -156,6 +156,12 @@ class Frame(abc.ABC):
         except Error:
             return None
         return None
+
+    def to_trimesh(self) -> Any:
+        """A `trimesh.Scene` of the meshes and cameras (`fvv.friends.frame_to_trimesh`)."""
+        from .friends import frame_to_trimesh
+
+        return frame_to_trimesh(self)
 
 
 class ReceivedFrame(Frame):

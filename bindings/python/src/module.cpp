@@ -1,5 +1,7 @@
 // The extension module fvv._core. What users see is in ../fvv.
+#include "compare.h"
 #include "live.h"
+#include "render.h"
 #include "source.h"
 #include "stream.h"
 #include "values.h"
@@ -79,6 +81,8 @@ PYBIND11_MODULE(_core, module) {
   register_values(module);
   register_stream(module);
   register_live(module);
+  register_render(module);
+  register_compare(module);
   module.attr("library_version") = fvv_version();
   module.def("check", &check, py::arg("source"), py::arg("name"), py::arg("decode"), py::arg("limits"));
 }

@@ -169,18 +169,24 @@ struct ChunkRow {
 
 // ---- the clip ------------------------------------------------------------------------------------------
 
+namespace {
+
+// The thread that has the lock.
+struct Owned {
+  explicit Owned(std::atomic<std::thread::id> &the_owner) : owner(the_owner) {
+    owner = std::this_thread::get_id();
+  }
+  ~Owned() { owner = std::thread::id(); }
+  std::atomic<std::thread::id> &owner;
+};
+
+} // namespace
+
 // Calls work() without the GIL, under the lock. The GIL is never waited for with the lock unless the thread
 // that has the GIL does not wait for the lock: all of them release it first.
 template <class Work> auto Stream::run(const Work &work) {
   if (owner.load() == std::this_thread::get_id())
     throw Failure(FVV_ERROR_STATE, "a clip cannot be used from its own read_at", source.name());
-  struct Owned {
-    explicit Owned(std::atomic<std::thread::id> &the_owner) : owner(the_owner) {
-      owner = std::this_thread::get_id();
-    }
-    ~Owned() { owner = std::thread::id(); }
-    std::atomic<std::thread::id> &owner;
-  };
   const auto locked = [&] {
     const py::gil_scoped_release release;
     const std::lock_guard<std::mutex> guard(lock);
@@ -635,6 +641,34 @@ py::bytes Stream::read_at(uint64_t offset, size_t size) {
     return true;
   });
   return py::bytes(out);
+}
+
+// Called without the GIL, as run() locks.
+fvv_status Stream::read_in_turn(void *user, uint64_t offset, void *out, size_t size) {
+  auto &self = *static_cast<Stream *>(user);
+  const std::lock_guard<std::mutex> guard(self.lock);
+  const Owned owned(self.owner);
+  if (self.is_closed) return FVV_ERROR_IO;
+  const fvv_input input = self.source.file().input();
+  return input.read_at(input.user, offset, out, size);
+}
+
+fvv_input Stream::reading() {
+  const uint64_t size = run([&] { return source.file().size(); });
+  return {read_in_turn, this, size};
+}
+
+void Stream::check_reading() {
+  source.rethrow();
+  if (is_closed) throw Failure(FVV_ERROR_STATE, "the clip is closed", source.name());
+}
+
+void Stream::check_pictures(size_t i) {
+  run([&] {
+    const fvv_configuration &configuration = configuration_of(place_of(i).plan.group);
+    check_video(demux::views_of(configuration, rung, demux::Selection(), nullptr), limits, source.name());
+    return true;
+  });
 }
 
 void register_stream(py::module_ &module) {

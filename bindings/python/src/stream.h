@@ -75,6 +75,18 @@ public:
   uint64_t bytes_in_all() const { return byte_count; }
   py::bytes read_at(uint64_t offset, size_t size);
 
+  // The bytes of the clip for another reader in C++: reads take turns with this object's, and fail when the
+  // clip is closed. Valid as long as this object.
+  fvv_input reading();
+  // With the GIL, after such a reader: raises what made its reads fail.
+  void check_reading();
+  // Throws Failure when the pictures of a frame are beyond the limits.
+  void check_pictures(size_t i);
+  const fvv_limits &core_limits() const { return limits.core; }
+  uint64_t max_picture_memory() const { return limits.max_picture_memory; }
+  size_t chosen_rung() const { return rung; }
+  const std::string &name() const { return source.name(); }
+
 private:
   struct Place {
     size_t begin, count; // frames of the clip
@@ -84,6 +96,7 @@ private:
     size_t frame, first, group; // of fvv_stream; first: of the group
     int64_t ticks, number;
   };
+  static fvv_status read_in_turn(void *user, uint64_t offset, void *out, size_t size);
   template <class Work> auto run(const Work &work);
   void meet(const fvv_diagnostic &damage); // it becomes one of the problems
   const Place &place_of(size_t i) const;

@@ -1,8 +1,8 @@
 // Two sequences compared, frame by frame and as a whole.
 #pragma once
 
-#include "fvvcompare/measure.h"
-#include "fvvcompare/sequence.h"
+#include "fvv_compare/measure.h"
+#include "fvv_compare/sequence.h"
 
 #include <array>
 #include <optional>
@@ -14,16 +14,14 @@ namespace fvv::compare {
 constexpr size_t default_samples = 50000;
 
 struct Options {
-  std::string a, b;
   std::optional<fvv::Range> frames; // numbers of A
   std::optional<int64_t> start;     // number in A of B's first frame
   size_t samples = default_samples;
   Points points = Points::vertices;
   std::optional<double> peak; // of PSNR, in the sequences' unit
-  std::string table;          // a file for the figures of each frame; empty: none
-  std::string heatmap;        // a folder for a coloured mesh of each frame; empty: none
-  bool force = false;         // replace them when they exist
   uint32_t threads = 1;       // the figures are the same for any number
+  // Called on the calling thread, with 0 and then after each pair of frames. What it throws ends the work.
+  std::function<void(size_t done, size_t pairs)> progress;
 };
 
 // From A to B, from B to A, and the worse of the two.
@@ -37,6 +35,7 @@ struct Errors {
 };
 
 struct FrameResult {
+  FramePair pair = {};
   int64_t number_a = 0, number_b = 0;
   size_t vertices_a = 0, faces_a = 0, vertices_b = 0, faces_b = 0;
   Errors errors = {};
@@ -64,7 +63,14 @@ struct Result {
 // 10 log10(peak^2 / mse); infinite for 0.
 double psnr(double peak, double mse);
 
+// The meshes of a pair of frames as they are compared: with normals if those of both, or of a stream and the
+// other's own, are compared.
+struct Meshes {
+  geometry::Mesh a, b;
+};
+Meshes load(const Sequence &a, const Sequence &b, const FramePair &pair);
+
 // Throws Error if nothing can be compared; result has the losses even then. result: empty.
-void compare(const Options &options, Result &result);
+void compare(const Sequence &a, const Sequence &b, const Options &options, Result &result);
 
 } // namespace fvv::compare

@@ -1,6 +1,5 @@
-#include "fvvrender/frame.h"
+#include "fvv_view/frame.h"
 
-#include "cli/cli.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_demux/frame_plan.h"
 #include "fvv_demux/meshes.h"
@@ -11,7 +10,7 @@
 
 #include <algorithm>
 
-namespace fvv::rendering {
+namespace fvv::view {
 
 namespace {
 
@@ -58,8 +57,8 @@ struct Place {
   size_t group, first, frame;
 };
 
-Place find(fvv_stream *stream, const InputFile &file, int64_t number) {
-  demux::LazySurvey survey(file);
+Place find(fvv_stream *stream, const InputFile &file, int64_t number, const fvv_limits *limits) {
+  demux::LazySurvey survey(file, limits);
   const std::string text = std::to_string(number);
   const demux::Plan plan = demux::make_plan(stream, file, demux::Selection::parse("--frame", text), survey);
   for (const demux::GroupPlan &group : plan.groups)
@@ -101,9 +100,10 @@ environment_part(const scene::EnvironmentPart &source,
 
 class Loader {
 public:
-  Loader(const std::string &path, int64_t number, const media::MemoryLimit &limit, size_t which)
-      : file(path), stream(demux::open_stream(file)), place(find(stream.get(), file, number)),
-        where(path + ": frame " + std::to_string(number)), memory(limit), rung(which) {
+  Loader(const InputFile &the_file, int64_t the_number, const LoadOptions &options)
+      : file(the_file), number(the_number), stream(demux::open_stream(file, options.limits)),
+        place(find(stream.get(), file, number, options.limits)),
+        where(file.path() + ": frame " + std::to_string(number)), memory(options.memory), rung(options.rung) {
     fvv_diagnostic diagnostic = {};
     fvv::check(fvv_stream_configuration(stream.get(), place.group, &configuration, &diagnostic), where,
                diagnostic);
@@ -111,6 +111,8 @@ public:
 
   Frame load(bool pictures) {
     Frame out;
+    out.file = file.path();
+    out.number = number;
     out.up = configuration->scene.up_axis;
     out.texturing = configuration->texturing;
     load_cameras(out);
@@ -284,7 +286,8 @@ private:
     return picture;
   }
 
-  const InputFile file;
+  const InputFile &file;
+  const int64_t number;
   const demux::Stream stream;
   const Place place;
   const std::string where;
@@ -312,9 +315,8 @@ std::string Frame::camera_ids() const {
   return out.empty() ? "none" : out;
 }
 
-Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory, bool pictures,
-                 size_t rung) {
-  return Loader(path, number, memory, rung).load(pictures);
+Frame load_frame(const InputFile &file, int64_t number, const LoadOptions &options) {
+  return Loader(file, number, options).load(options.pictures);
 }
 
-} // namespace fvv::rendering
+} // namespace fvv::view

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fvv/stream.h"
+#include "fvv_cxx/input_file.h"
 #include "fvv_media/image.h"
 #include "fvv_media/video.h"
 #include "fvv_render/environment.h"
@@ -11,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace fvv::rendering {
+namespace fvv::view {
 
 // The visibility of the vertices of the frame's mesh from one camera (fvv_visibility_weights).
 struct CameraWeights {
@@ -27,6 +28,8 @@ struct Picture {
 };
 
 struct Frame {
+  std::string file; // as InputFile::path() names it
+  int64_t number = 0;
   std::vector<float> positions; // none: the stage is empty
   std::vector<uint32_t> faces;
   std::vector<fvv_camera> cameras;   // all of the stream, whole pictures; without names
@@ -48,11 +51,15 @@ struct Frame {
   std::string camera_ids() const;                      // "0, 1, 3"
 };
 
-// Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), the stream has no
-// meshes, or its mesh is damaged, or a picture takes more than memory, which holds for each track and each
-// picture of the environment. Without pictures of cameras if they are not wanted. rung: of a ladder of
-// quality (fvv_cxx/rung.h).
-Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory = {},
-                 bool pictures = true, size_t rung = 0);
+struct LoadOptions {
+  media::MemoryLimit memory;          // of decoding each track, and each picture of the environment
+  bool pictures = true;               // of cameras
+  size_t rung = 0;                    // of a ladder of quality (fvv_cxx/rung.h)
+  const fvv_limits *limits = nullptr; // NULL: defaults
+};
 
-} // namespace fvv::rendering
+// Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), the stream has no
+// meshes, or its mesh is damaged, or a picture takes more than memory. Nothing is read from file afterwards.
+Frame load_frame(const InputFile &file, int64_t number, const LoadOptions &options = {});
+
+} // namespace fvv::view

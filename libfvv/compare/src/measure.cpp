@@ -1,4 +1,4 @@
-#include "fvvcompare/measure.h"
+#include "fvv_compare/measure.h"
 
 #include "fvv_geometry/surface.h"
 

@@ -1,63 +1,19 @@
-// Two sequences compared, frame by frame and as a whole, and meshes whose colours show how far each vertex is
-// off.
-#include "fvvcompare/compare.h"
-#include "cli/output.h"
+// Two sequences compared, frame by frame and as a whole.
+#include "fvv_compare/compare.h"
 
 #include "fvv_cxx/parallel.h"
 #include "fvv_scene/mesh_file.h"
-#include "fvvcompare/report.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
+#include <mutex>
 #include <string>
 #include <vector>
 
 namespace fvv::compare {
 
 namespace {
-
-template <class Value> void put(std::string &out, Value value) {
-  uint8_t bytes[sizeof value];
-  std::memcpy(bytes, &value, sizeof value);
-  out.append(reinterpret_cast<const char *>(bytes), sizeof bytes);
-}
-
-// Five colours of viridis (Smith and van der Walt, 2015), and straight lines between them.
-std::array<uint8_t, 3> colour_of(double share) {
-  constexpr double stops[5][3] = {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}};
-  const double at = 4 * std::clamp(share, 0.0, 1.0);
-  const size_t stop = std::min<size_t>(3, size_t(at));
-  std::array<uint8_t, 3> out;
-  for (size_t k = 0; k < 3; k++)
-    out[k] = uint8_t(stops[stop][k] + (stops[stop + 1][k] - stops[stop][k]) * (at - double(stop)) + 0.5);
-  return out;
-}
-
-// PLY, binary_little_endian: x y z as double, the distance as float, red green blue as uchar, in the colours
-// of viridis: dark blue for 0, yellow for most and beyond. distances: of each vertex; most: >= 0.
-std::string format_heatmap(const geometry::Mesh &mesh, const std::vector<double> &distances, double most) {
-  char scale[32];
-  std::snprintf(scale, sizeof scale, "%.6g", most);
-  std::string out = "ply\nformat binary_little_endian 1.0\ncomment yellow: a distance of " +
-                    std::string(scale) + " or more\nelement vertex " + std::to_string(mesh.vertex_count()) +
-                    "\nproperty double x\nproperty double y\nproperty double z\nproperty float distance\n"
-                    "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
-                    std::to_string(mesh.face_count()) +
-                    "\nproperty list uchar uint vertex_indices\nend_header\n";
-  for (size_t v = 0; v < mesh.vertex_count(); v++) {
-    for (size_t k = 0; k < 3; k++) put(out, mesh.positions[3 * v + k]);
-    put(out, float(distances[v]));
-    for (const uint8_t sample : colour_of(most > 0 ? distances[v] / most : 0)) put(out, sample);
-  }
-  for (size_t f = 0; f < mesh.faces.size(); f += 3) {
-    put(out, uint8_t(3));
-    for (size_t k = 0; k < 3; k++) put(out, mesh.faces[f + k]);
-  }
-  return out;
-}
 
 Figures worse(const Figures &a, const Figures &b) {
   return {std::max(a.rms, b.rms), std::max(a.mean, b.mean), std::max(a.p99, b.p99), std::max(a.max, b.max)};
@@ -103,16 +59,10 @@ double pooled(const std::vector<FrameResult> &frames, std::array<double, way_cou
 
 class Comparison {
 public:
-  Comparison(const Options &chosen, Result &out)
-      : options(chosen), result(out), a(chosen.a), b(chosen.b),
-        matching(match(a, b, chosen.frames, chosen.start)), slots(matching.pairs.size()) {
-    // Refused before the work, not after it.
-    const cli::Inputs read = [this](const std::function<void(const std::string &)> &visit) {
-      for (const Sequence *sequence : {&a, &b}) sequence->visit_files(visit);
-    };
-    if (!options.table.empty()) table.emplace(options.table, options.force, read);
-    if (!options.heatmap.empty()) folder.emplace(options.heatmap, options.force, read);
-    result.scale_unknown = a.scale_unknown();
+  Comparison(const Sequence &the_a, const Sequence &the_b, const Options &chosen, Result &out)
+      : options(chosen), result(out), a(the_a), b(the_b), matching(match(a, b, chosen.frames, chosen.start)),
+        slots(matching.pairs.size()) {
+    result.scale_unknown = a.scale_unknown() || b.scale_unknown();
     result.frames_a = a.frames().size();
     result.frames_b = b.frames().size();
     for (const Sequence *sequence : {&a, &b})
@@ -122,9 +72,10 @@ public:
   }
 
   void run() {
-    cli::Progress progress("fvvcompare: " + a.path() + " and " + b.path(), slots.size());
+    size_t done = 0;
+    report(done);
     fvv::parallel(
-        options.threads, slots.size(), [&](size_t i) { one_frame(i); }, [&] { progress.step(); });
+        options.threads, slots.size(), [&](size_t i) { one_frame(i); }, [&] { report(++done); });
     std::optional<Surface::Box> box;
     for (const Slot &slot : slots) {
       if (!slot.loss.empty()) {
@@ -144,17 +95,6 @@ public:
     for (const Slot &slot : slots)
       if (slot.loss.empty()) result.frames.push_back(slot.frame);
     pool();
-    std::vector<cli::Output *> outputs;
-    if (folder) {
-      heatmaps();
-      outputs.push_back(&*folder);
-    }
-    if (table) {
-      const std::string lines = csv(result);
-      table->write(lines.data(), lines.size());
-      outputs.push_back(&*table);
-    }
-    cli::commit(outputs);
   }
 
 private:
@@ -164,23 +104,12 @@ private:
     std::string loss;      // why this frame could not be compared; empty: it was
     bool constant = false; // both have the faces of the slot before, which is the frame before
   };
-  struct Meshes {
-    geometry::Mesh a, b;
-  };
 
-  // Normals of a stream are compared with the other's own, all others are computed from the faces.
-  Meshes load(size_t i) const {
-    const auto [in_a, in_b] = matching.pairs[i];
-    Meshes meshes;
-    if (a.is_stream()) {
-      meshes.a = a.mesh(in_a);
-      meshes.b = b.mesh(in_b, !meshes.a.normals.empty());
-    } else {
-      meshes.b = b.mesh(in_b);
-      meshes.a = a.mesh(in_a, !meshes.b.normals.empty());
-    }
-    return meshes;
+  void report(size_t done) const {
+    if (options.progress) options.progress(done, slots.size());
   }
+
+  Meshes load(size_t i) const { return compare::load(a, b, matching.pairs[i]); }
 
   static Surface surface_of(const geometry::Mesh &mesh, const Sequence &sequence, int64_t number) {
     Surface surface(mesh);
@@ -194,6 +123,7 @@ private:
   void one_frame(size_t i) {
     Slot &slot = slots[i];
     FrameResult &frame = slot.frame;
+    frame.pair = matching.pairs[i];
     frame.number_a = a.frames()[matching.pairs[i].a].number;
     frame.number_b = b.frames()[matching.pairs[i].b].number;
     try {
@@ -286,29 +216,13 @@ private:
     add_symmetric(e);
   }
 
-  // B in colours of its distance from A, on one scale for all frames.
-  void heatmaps() {
-    fvv::parallel(options.threads, slots.size(), [&](size_t i) {
-      if (!slots[i].loss.empty()) return;
-      const Meshes meshes = load(i);
-      const Surface in_a(meshes.a);
-      std::vector<double> off;
-      for (const Vec3 &p : positions_of(meshes.b)) off.push_back(std::sqrt(in_a.nearest(p).squared));
-      char name[32];
-      std::snprintf(name, sizeof name, "%04lld.ply", (long long)slots[i].frame.number_a);
-      folder->write(name, format_heatmap(meshes.b, off, result.errors.distance[back].p99));
-    });
-  }
-
   const Options &options;
   Result &result;
-  const Sequence a, b;
+  const Sequence &a, &b;
   const Matching matching;
   std::vector<Slot> slots;
   std::mutex mutex;
   Histogram distances[2], angles[2];
-  std::optional<cli::OutputFile> table;
-  std::optional<cli::OutputFolder> folder; // for heat maps
 };
 
 } // namespace
@@ -317,8 +231,21 @@ double psnr(double peak, double mse) {
   return mse > 0 ? 10 * std::log10(peak * peak / mse) : INFINITY;
 }
 
-void compare(const Options &options, Result &result) {
-  Comparison(options, result).run();
+// Normals of a stream are compared with the other's own, all others are computed from the faces.
+Meshes load(const Sequence &a, const Sequence &b, const FramePair &pair) {
+  Meshes meshes;
+  if (!a.is_capture()) {
+    meshes.a = a.mesh(pair.a);
+    meshes.b = b.mesh(pair.b, !meshes.a.normals.empty());
+  } else {
+    meshes.b = b.mesh(pair.b);
+    meshes.a = a.mesh(pair.a, !meshes.b.normals.empty());
+  }
+  return meshes;
+}
+
+void compare(const Sequence &a, const Sequence &b, const Options &options, Result &result) {
+  Comparison(a, b, options, result).run();
 }
 
 } // namespace fvv::compare

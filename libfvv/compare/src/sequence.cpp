@@ -1,4 +1,4 @@
-#include "fvvcompare/sequence.h"
+#include "fvv_compare/sequence.h"
 
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/rung.h"
@@ -14,7 +14,7 @@ namespace fvv::compare {
 namespace {
 
 // A folder or a JSON file describes a capture, everything else has to be a stream.
-bool is_capture(const std::string &path) {
+bool describes_capture(const std::string &path) {
   return std::filesystem::path(path).extension() == ".json";
 }
 
@@ -33,11 +33,30 @@ fvv_rational duration_of(const fvv_scene &scene, const std::string &name) {
 
 } // namespace
 
-Sequence::Sequence(const std::string &path) : name(scene::description_file(path)) {
-  if (is_capture(name))
+Sequence::Sequence(const std::string &path)
+    : kind(describes_capture(scene::description_file(path)) ? Kind::capture : Kind::stream),
+      name(scene::description_file(path)) {
+  if (kind == Kind::capture) {
     open_capture();
-  else
-    open_stream();
+  } else {
+    own = std::make_unique<InputFile>(name);
+    file = own.get();
+    open_stream(0, nullptr);
+  }
+}
+
+Sequence::Sequence(const InputFile &input, size_t rung, const fvv_limits *limits)
+    : kind(Kind::stream), name(input.path()), file(&input) {
+  open_stream(rung, limits);
+}
+
+Sequence::Sequence(const std::string &the_name, std::vector<geometry::Mesh> given)
+    : kind(Kind::memory), name(the_name), meshes(std::move(given)) {
+  for (size_t i = 0; i < meshes.size(); i++) {
+    meshes[i].texture.clear(); // seams of texture coordinates are no part of the surface
+    list.push_back({int64_t(i), int64_t(i), i});
+  }
+  if (list.empty()) throw Error(name + ": no frame has a mesh");
 }
 
 void Sequence::open_capture() {
@@ -53,12 +72,11 @@ void Sequence::open_capture() {
   if (list.empty()) throw Error(name + ": no frame has a mesh");
 }
 
-void Sequence::open_stream() {
-  file = std::make_unique<InputFile>(name);
+void Sequence::open_stream(size_t rung, const fvv_limits *limits) {
   const fvv_input input = file->input();
   fvv_stream *opened = nullptr;
   fvv_diagnostic diagnostic = {};
-  fvv::check(fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic), name, diagnostic);
+  fvv::check(fvv_stream_open(&input, limits, nullptr, &opened, &diagnostic), name, diagnostic);
   stream.reset(opened);
   const fvv_file *index = fvv_stream_file(opened);
   if (fvv_file_damage_count(index)) notes.push_back(demux::text_of(*fvv_file_damage(index, 0)));
@@ -68,17 +86,17 @@ void Sequence::open_stream() {
   fvv::check(fvv_stream_configuration(opened, 0, &configuration, &diagnostic), name, diagnostic);
   for (size_t i = 0; i < configuration->track_count && !track; i++)
     if (configuration->tracks[i].kind == FVV_TRACK_MESH &&
-        in_rung(*configuration, configuration->tracks[i].id, 0))
+        in_rung(*configuration, configuration->tracks[i].id, rung))
       track = configuration->tracks[i].id;
   if (!track) throw Error(name + ": the stream has no meshes");
   unknown_scale = configuration->scene.flags & FVV_SCENE_SCALE_UNKNOWN;
   duration = duration_of(configuration->scene, name);
-  number_frames(uint64_t(configuration->scene.frame_duration), count);
+  number_frames(uint64_t(configuration->scene.frame_duration), count, limits);
 }
 
 // By their times, so that a missing frame shifts none of those after it. Where the first groups are missing,
 // writers mostly begin at tick 0.
-void Sequence::number_frames(uint64_t ticks, size_t count) {
+void Sequence::number_frames(uint64_t ticks, size_t count, const fvv_limits *limits) {
   const bool beheaded = fvv_file_group(fvv_stream_file(stream.get()), 0)->sequence > 0;
   if (beheaded) notes.push_back("the first groups are not there: frames are numbered from tick 0");
   const auto start = beheaded ? 0 : uint64_t(fvv_file_group(fvv_stream_file(stream.get()), 0)->start);
@@ -96,7 +114,7 @@ void Sequence::number_frames(uint64_t ticks, size_t count) {
     notes.push_back("frames are at no whole numbers of frame durations: they are numbered in their order");
     for (size_t i = 0; i < count; i++) list[i] = {int64_t(i), int64_t(i), i};
   }
-  const std::set<int64_t> times = mesh_times();
+  const std::set<int64_t> times = mesh_times(limits);
   const auto is_empty = [&](const Frame &frame) {
     fvv_frame info;
     return fvv_stream_frame(stream.get(), frame.index, &info, nullptr) == FVV_OK && !times.count(info.time);
@@ -106,11 +124,11 @@ void Sequence::number_frames(uint64_t ticks, size_t count) {
 }
 
 // By the tables of the groups; what cannot be read of them is reported when the frame is compared.
-std::set<int64_t> Sequence::mesh_times() const {
+std::set<int64_t> Sequence::mesh_times(const fvv_limits *limits) const {
   const fvv_input input = file->input();
   fvv_file *opened = nullptr;
   fvv_diagnostic diagnostic = {};
-  fvv::check(fvv_file_open(&input, nullptr, nullptr, &opened, &diagnostic), name, diagnostic);
+  fvv::check(fvv_file_open(&input, limits, nullptr, &opened, &diagnostic), name, diagnostic);
   const std::unique_ptr<fvv_file, void (*)(fvv_file *)> tables(opened, fvv_file_close);
   std::set<int64_t> times;
   for (size_t group = 0; group < fvv_file_group_count(opened); group++) {
@@ -124,18 +142,18 @@ std::set<int64_t> Sequence::mesh_times() const {
 }
 
 geometry::Mesh Sequence::mesh(size_t i, bool normals) const {
-  geometry::Mesh mesh =
-      stream ? stream_mesh(list[i]) : scene::load_mesh(capture, list[i].number, nullptr, nullptr, normals);
+  geometry::Mesh mesh = kind == Kind::memory ? meshes[i]
+                        : kind == Kind::stream
+                            ? stream_mesh(list[i])
+                            : scene::load_mesh(capture, list[i].number, nullptr, nullptr, normals);
   if (mesh.faces.empty())
     throw Error(name + ": frame " + std::to_string(list[i].number) + ": the mesh has no faces");
   return mesh;
 }
 
 void Sequence::visit_files(const std::function<void(const std::string &)> &visit) const {
-  if (stream)
-    visit(name);
-  else
-    scene::visit_files(capture, visit);
+  if (own) visit(name);
+  if (is_capture()) scene::visit_files(capture, visit);
 }
 
 geometry::Mesh Sequence::stream_mesh(const Frame &wanted) const {
@@ -202,15 +220,16 @@ void tell_alone(const Sequence &sequence, const std::vector<bool> &counts, const
 
 Matching match(const Sequence &a, const Sequence &b, const std::optional<fvv::Range> &frames,
                std::optional<int64_t> start) {
-  if (a.scale_unknown() != b.scale_unknown())
+  const bool declared = !a.is_in_memory() && !b.is_in_memory();
+  if (declared && a.scale_unknown() != b.scale_unknown())
     throw Error("unlike units: " + a.path() + " is in " +
                 (a.scale_unknown() ? "units of its source" : "metres") + ", " + b.path() + " in " +
                 (b.scale_unknown() ? "units of its source" : "metres"));
   const fvv_rational one = a.frame_duration(), other = b.frame_duration();
-  if (one.numerator != other.numerator || one.denominator != other.denominator)
+  if (declared && (one.numerator != other.numerator || one.denominator != other.denominator))
     throw Error("unlike frame rates: a frame of " + a.path() + " lasts " + text_of(one) + ", one of " +
                 b.path() + " " + text_of(other));
-  const bool by_number = !start && !a.is_stream() && !b.is_stream();
+  const bool by_number = !start && a.is_capture() && b.is_capture();
   const int64_t shift = start ? frame_of(a, *start, "--start").place : 0;
   const auto key_of_a = [&](const Sequence::Frame &f) { return by_number ? f.number : f.place; };
   const auto key_of_b = [&](const Sequence::Frame &f) { return by_number ? f.number : f.place + shift; };
