@@ -4,6 +4,10 @@
         for frame in clip:
             print(frame.time, frame.mesh.positions.shape)
 
+    with fvv.Writer("copy.fvv", rate=clip.rate, budget="1mm") as writer:
+        for frame in clip:
+            writer.add(frame.mesh)
+
 Lengths are metres, times seconds, pixels have their centres at .5; cameras look along +z with x to the right and y down.
 """
 
@@ -11,10 +15,12 @@ from __future__ import annotations
 
 from ._core import Camera, Mesh, Picture, Sound, library_version
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
-from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
+from .errors import DamagedError, Error, LimitError, LossWarning, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
+from .meshes import Decimated, decimate
 from .reader import Configuration, Damage, End, Event, FrameEvent, Reader
 from .records import Check, Description, Limits, Problem, Rung, Track
+from .writer import Writer, mux
 
 __version__ = library_version
 
@@ -27,6 +33,7 @@ __all__ = [
     "Configuration",
     "Damage",
     "DamagedError",
+    "Decimated",
     "Description",
     "End",
     "Error",
@@ -35,6 +42,7 @@ __all__ = [
     "FrameEvent",
     "LimitError",
     "Limits",
+    "LossWarning",
     "Mesh",
     "Picture",
     "Problem",
@@ -47,7 +55,10 @@ __all__ = [
     "Track",
     "UnsupportedError",
     "UsageError",
+    "Writer",
     "check",
+    "decimate",
+    "mux",
     "open",
 ]
 

@@ -1,8 +1,10 @@
 // The extension module fvv._core. What users see is in ../fvv.
+#include "decimate.h"
 #include "live.h"
 #include "source.h"
 #include "stream.h"
 #include "values.h"
+#include "write.h"
 
 #include <algorithm>
 #include <memory>
@@ -79,6 +81,8 @@ PYBIND11_MODULE(_core, module) {
   register_values(module);
   register_stream(module);
   register_live(module);
+  register_write(module);
+  register_decimate(module);
   module.attr("library_version") = fvv_version();
   module.def("check", &check, py::arg("source"), py::arg("name"), py::arg("decode"), py::arg("limits"));
 }
