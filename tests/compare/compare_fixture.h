@@ -3,8 +3,8 @@
 
 #include "mux_fixture.h"
 
+#include "fvv_mux/option_texts.h"
 #include "fvvcompare/command.h"
-#include "fvvmux/options.h"
 #include "fvvsynth/random.h"
 
 #include <cmath>

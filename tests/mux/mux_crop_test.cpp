@@ -1,7 +1,7 @@
 // fvvmux: crops of what is seen of the scene, packed for each group of frames.
 #include "mux_fixture.h"
 
-#include "fvvmux/options.h"
+#include "fvv_mux/option_texts.h"
 
 #include "mux/src/layout.h"
 

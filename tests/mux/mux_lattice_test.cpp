@@ -1,7 +1,7 @@
 // The lattice that fvvmux chooses, and how its options are spelled.
 #include "mux_fixture.h"
 
-#include "fvvmux/options.h"
+#include "fvv_mux/option_texts.h"
 
 #include "fvv_mux/options.h"
 

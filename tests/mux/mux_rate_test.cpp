@@ -3,7 +3,7 @@
 #include "fvv_mux/summary.h"
 #include "mux_fixture.h"
 
-#include "fvvmux/options.h"
+#include "fvv_mux/option_texts.h"
 
 namespace {
 

@@ -1,4 +1,5 @@
 // fvvmux: which cameras go into a stream.
+#include "fvv_mux/option_texts.h"
 #include "mux_fixture.h"
 
 namespace {
@@ -55,4 +56,55 @@ TEST_CASE(
   CHECK(configuration.camera_count == 2);
   REQUIRE(configuration.videos[0].tile_count == 1);
   CHECK(configuration.videos[0].tiles[0].camera_id == capture.cameras[2].calibration.id);
+}
+
+TEST_CASE("options are set by the names of the command line, and refused by them") {
+  mux::Options options;
+  mux::OptionTexts texts;
+  const auto set = [&](const char *name, const char *text) {
+    return mux::set_option(name, text, options, texts);
+  };
+  CHECK(set("codec", "av1"));
+  CHECK(set("bit-depth", "10"));
+  CHECK(set("max-error", "0.3px"));
+  CHECK(set("group", "7"));
+  CHECK(set("texture-threshold", "0.25"));
+  CHECK(set("texture-blend", "paper"));
+  CHECK(set("no-delta", "on"));
+  CHECK(set("keep-geometry", "off"));
+  CHECK(!set("max_error", "1"));
+  CHECK_THROWS_WITH(set("group", "0"), "--group: expected a whole number from 1 to 100000, found \"0\"");
+  CHECK_THROWS_WITH(set("mesh-level", "1.5"),
+                    "--mesh-level: expected a whole number from 0 to 10, found \"1.5\"");
+  CHECK_THROWS_WITH(set("texture-threshold", "nan"),
+                    "--texture-threshold: expected a number from 0 to 1, found \"nan\"");
+  CHECK_THROWS_WITH(set("live", "1"), "--live: expected on or off, found \"1\"");
+  CHECK_THROWS_WITH(set("tile", ""), "--tile: expected a value, found \"\"");
+  mux::take_texts(options, texts);
+  CHECK(options.codec == FVV_CODEC_AV01);
+  CHECK(options.bit_depth == 10);
+  CHECK(options.max_error->value == 0.3);
+  CHECK(options.max_error->unit == mux::MaxError::pixels);
+  CHECK(options.group == 7);
+  CHECK(options.texture_threshold == 0.25);
+  CHECK(options.texture_blend == uint32_t(FVV_BLEND_PAPER));
+  CHECK(!options.delta);
+  CHECK(!options.keep_geometry);
+  // The command line excludes these as it parses, other programs do not.
+  const std::vector<std::vector<std::pair<const char *, const char *>>> wrong = {
+      {{"quality", "30"}, {"bitrate", "1M"}},
+      {{"tile", "64x48"}, {"scale", "0.5"}},
+      {{"video-tracks", "2"}, {"video-pixels", "2M"}},
+      {{"video-size", "640x480"}, {"video-pixels", "2M"}},
+      {{"triangles", "100"}, {"keep-geometry", "on"}},
+      {{"mesh-ladder", "on"}},
+      {{"undistort-alpha", "1"}},
+      {{"audio-bitrate", "96k"}, {"no-audio", "on"}},
+  };
+  for (const auto &pairs : wrong) {
+    options = {};
+    texts = {};
+    for (const auto &[name, text] : pairs) CHECK(set(name, text));
+    CHECK_THROWS_WITH(mux::take_texts(options, texts), Catch::Contains(pairs[0].first));
+  }
 }

@@ -1,7 +1,7 @@
 // fvvmux: cameras spread over several video tracks when one frame would be more than decoders take.
 #include "mux_fixture.h"
 
-#include "fvvmux/options.h"
+#include "fvv_mux/option_texts.h"
 
 #include "fvv_cxx/parallel.h"
 #include "fvv_mux/summary.h"

@@ -1,12 +1,11 @@
 // fvvmux: packs a capture into a fvv stream. Argument parsing only.
 #include "cli/cli.h"
 #include "cli/output.h"
-#include "fvv_media/sound.h"
-#include "fvv_media/video.h"
+#include "fvv_mux/option_texts.h"
 #include "fvv_mux/segments.h"
 #include "fvv_mux/summary.h"
 #include "fvv_scene/capture.h"
-#include "fvvmux/options.h"
+#include "fvvmux/parts.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -30,17 +29,11 @@ struct Outputs {
   bool force = false;
 };
 
-// Options that are parsed later.
-struct Texts {
-  std::optional<std::string> bit_depth, quality, ladder;
-  std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
-              video_pixels, video_size, video_tracks = "1", mesh_ladder = "auto", step, max_error,
-              mesh_profile = "draco", normals = "auto", winding, frames, visibility = "auto",
-              colours = "auto", match_colours = "auto", texture_unseen, texture_inset = "auto",
-              audio_bit_rate;
-};
+template <class T> CLI::Range within(const mux::Bounds<T> &bounds) {
+  return CLI::Range(bounds.least, bounds.most);
+}
 
-void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &texts) {
+void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::OptionTexts &texts) {
   app.add_option("CAPTURE", options.capture, "capture.json (spec/capture.md) or its folder")->required();
   app.add_option("-o,--output", outputs.stream, "file to write; - is standard output");
   app.add_option(
@@ -75,7 +68,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
                  "but for JPEG");
   app.add_option("--texture-bits", options.texture_bits,
                  "of each texture coordinate, 1 to 16. Default: the capture's, else 12")
-      ->check(CLI::Range(1, FVV_TEXTURE_BITS_MAX));
+      ->check(within(mux::texture_bits_bounds));
   app.add_option(
          "--background", texts.background,
          "around the silhouette, where there are masks: keep, flat (its colours for 8 px, then grey), smooth "
@@ -91,7 +84,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
                    "resample the pictures of cameras with a lens to cameras without (docs/calibration.md)");
   app.add_option("--undistort-alpha", options.undistort_alpha,
                  "how much they show: 0, the most that leaves no pixel blank; 1, all that the lens shows")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(within(mux::undistort_alpha_bounds))
       ->capture_default_str()
       ->needs(undistort);
   auto *pixels = app.add_option(
@@ -121,12 +114,12 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
                  "capture's units. Default: the capture's, else by --max-error");
   auto *triangles =
       app.add_option("--triangles", options.triangles, "decimate every frame to this number, at any error")
-          ->check(CLI::Range(1, 1000000000));
+          ->check(within(mux::triangles_bounds));
   app.add_flag("--keep-geometry", options.keep_geometry, "decimate nothing")->excludes(triangles);
   app.add_option("--group", options.group, "frames in a group; default: one second")
-      ->check(CLI::Range(1, 100000));
+      ->check(within(mux::group_bounds));
   app.add_option("--mesh-level", options.mesh_level, "Draco: 0 is fastest, 10 is smallest")
-      ->check(CLI::Range(0, 10))
+      ->check(within(mux::mesh_level_bounds))
       ->capture_default_str();
   app.add_option("--mesh-profile", texts.mesh_profile, "draco, raw or fast (more bytes, quick to decode)")
       ->capture_default_str();
@@ -163,26 +156,24 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
          "--texture-threshold", options.texture_threshold,
          "tell players the least cosine between normal and ray for which they take a camera's colour; "
          "visibility is found for it. Players' default: that of the blend, 0.05 or 0.25")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(within(mux::texture_threshold_bounds));
   app.add_option("--texture-best", options.texture_best,
                  "tell players how many cameras to mix at a place, at most. Players' default: 3")
-      ->check(CLI::Range(1, 255));
-  const std::map<std::string, uint32_t> blends = {{"viewer", FVV_BLEND_VIEWER}, {"paper", FVV_BLEND_PAPER}};
+      ->check(within(mux::texture_best_bounds));
   app.add_option(
-         "--texture-blend", options.texture_blend,
-         "tell players how to weight cameras: viewer (by the viewer's direction, players' default) or "
-         "paper (by the normal alone, as WHP 235)")
-      ->transform(CLI::CheckedTransformer(blends).description("{viewer,paper}"));
+      "--texture-blend", texts.texture_blend,
+      "tell players how to weight cameras: viewer (by the viewer's direction, players' default) or "
+      "paper (by the normal alone, as WHP 235)");
   app.add_option("--texture-unseen", texts.texture_unseen,
                  "tell players the colour of surface that no camera shows, R,G,B. Players' default: "
                  "128,128,128");
   app.add_option("--texture-depth-bias", options.texture_depth_bias,
                  "tell players that make depth maps by how much a place may lie behind one and still be "
                  "seen, in widths of a pixel. Players' default: 0.2")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(within(mux::texture_depth_bounds));
   app.add_option("--texture-depth-slope", options.texture_depth_slope,
                  "the same, times what the surface recedes from one pixel to the next. Players' default: 0.5")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(within(mux::texture_depth_bounds));
   app.add_option("--texture-inset", texts.texture_inset,
                  "tell players how far inside the mesh the surface lies that cameras show: auto (found by "
                  "drawing cameras from the others), off, or a length such as 3mm (docs/fvvmux-inset.md)")
@@ -190,9 +181,9 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")
-      ->check(CLI::Range(0, 1000000000));
+      ->check(within(mux::min_component_bounds));
   app.add_option("--threads", options.threads, "threads; the bytes are the same for any number")
-      ->check(CLI::Range(1, 256));
+      ->check(within(mux::threads_bounds));
   app.add_option("--frames", texts.frames, "frame numbers to take: 10-19 or 10..19");
   app.add_flag(
       "--skip-bad-frames", options.skip_bad_frames,
@@ -213,7 +204,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option(
          "--audio-channels", options.sound_channels,
          "of sound that is encoded, at most: more are mixed down; sound with a place in the scene has one")
-      ->check(CLI::Range(1u, media::max_sound_channels))
+      ->check(within(mux::audio_channels_bounds))
       ->capture_default_str()
       ->excludes(no_audio);
   app.add_flag("--repeat-configuration", options.repeat_configuration,
@@ -227,43 +218,6 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
       "is, and -o is left out");
   app.add_flag("--force", outputs.force,
                "replace an existing file, and a folder of segments that fvvmux wrote (docs/outputs.md)");
-}
-
-void take_texts(mux::Options &options, const Texts &texts) {
-  options.codec = mux::parse_codec(texts.codec);
-  options.bit_depth = texts.bit_depth ? mux::parse_bit_depth(*texts.bit_depth, options.codec)
-                                      : media::find_video_codec(options.codec)->shallowest;
-  options.quality =
-      texts.quality ? mux::parse_quality(*texts.quality, options.codec) : mux::default_quality(options.codec);
-  if (!texts.bit_rate.empty()) options.bit_rate = mux::parse_bit_rate(texts.bit_rate);
-  if (options.bit_rate && options.codec == FVV_CODEC_OEXR)
-    throw Error("--bitrate: video in OpenEXR is lossless and keeps no bit rate", Error::usage);
-  if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
-  if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);
-  if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);
-  if (!texts.audio_bit_rate.empty()) options.sound_bit_rate = mux::parse_audio_bit_rate(texts.audio_bit_rate);
-  options.background = mux::parse_background(texts.background);
-  options.crop = mux::parse_crop(texts.crop);
-  if (!texts.video_pixels.empty()) options.video_pixels = mux::parse_pixels(texts.video_pixels);
-  if (!texts.video_size.empty()) options.video_size = mux::parse_video_size(texts.video_size);
-  if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
-  if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
-  options.video_tracks = mux::parse_video_tracks(texts.video_tracks);
-  if (texts.ladder) options.ladder = mux::parse_ladder(*texts.ladder);
-  if (!options.ladder.empty() && options.ladder[0].bit_rate && (texts.quality || !texts.bit_rate.empty()))
-    throw Error("--ladder: with bits a second of each rung there is no --quality and no --bitrate",
-                Error::usage);
-  options.mesh_ladder = mux::parse_mesh_ladder(texts.mesh_ladder);
-  options.mesh_profile = mux::parse_profile(texts.mesh_profile);
-  options.visibility = mux::parse_visibility(texts.visibility);
-  mux::parse_colours(texts.colours, options);
-  options.match_colours = mux::parse_match_colours(texts.match_colours);
-  options.texture_inset = mux::parse_inset(texts.texture_inset);
-  if (!texts.texture_unseen.empty())
-    options.texture_unseen = mux::parse_colour("--texture-unseen", texts.texture_unseen);
-  options.normals = mux::parse_normals(texts.normals);
-  if (!texts.winding.empty()) options.winding = mux::parse_winding(texts.winding);
-  if (!texts.frames.empty()) options.frames = fvv::parse_range("--frames", texts.frames);
 }
 
 struct WrittenSegments {
@@ -356,23 +310,27 @@ int main(int argc, char **argv) {
   mux::Options options;
   options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
   Outputs outputs;
-  Texts texts;
+  mux::OptionTexts texts;
+  PartCommand command;
   bool as_json = false;
   add_options(app, options, outputs, texts);
+  add_part_options(app, command);
   app.add_flag("--json", as_json, "print the summary as JSON");
   app.set_version_flag("--version", std::string("fvvmux ") + fvv_version());
   app.footer(footer);
   try {
     app.parse(argc, argv);
+    if (command.is_given()) check_part_options(app, command);
     const bool cuts = !outputs.segments.empty() && mux::is_stream(options.capture);
-    if (outputs.stream.empty() && !cuts) throw CLI::RequiredError("--output");
+    if (outputs.stream.empty() && !cuts && !command.is_given()) throw CLI::RequiredError("--output");
     if (!outputs.stream.empty() && cuts) throw CLI::ExcludesError("--output", "--segments of a .fvv file");
   } catch (const CLI::ParseError &error) {
     return app.exit(error) ? cli::usage : cli::done;
   }
   return cli::run("fvvmux", [&] {
     cli::keep_freed_memory();
-    take_texts(options, texts);
+    mux::take_texts(options, texts);
+    if (command.is_given()) return run_part_command(command, options, outputs.stream, outputs.force, as_json);
     return outputs.stream.empty() ? cut_up(options, outputs, as_json) : pack(options, outputs, as_json);
   });
 }

@@ -4,6 +4,10 @@
         for frame in clip:
             print(frame.time, frame.mesh.positions.shape)
 
+    with fvv.Writer("copy.fvv", rate=clip.rate, budget="1mm") as writer:
+        for frame in clip:
+            writer.add(frame.mesh)
+
 Lengths are metres, times seconds, pixels have their centres at .5; cameras look along +z with x to the right and y down.
 """
 
@@ -14,12 +18,14 @@ from ._core import Camera, Mesh, Picture, Sound, library_version
 from .background import Background, BackgroundPart, Light
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
 from .comparison import Comparison, compare
-from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
+from .errors import DamagedError, Error, LimitError, LossWarning, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
+from .meshes import Decimated, decimate
 from .player import Player
 from .reader import Configuration, Damage, End, Event, FrameEvent, Reader, SoundEvent
 from .records import Check, Description, Limits, Problem, Rung, Track
 from .view import Rendering, render
+from .writer import Writer, mux
 
 __version__ = library_version
 
@@ -35,6 +41,7 @@ __all__ = [
     "Configuration",
     "Damage",
     "DamagedError",
+    "Decimated",
     "Description",
     "End",
     "Error",
@@ -44,6 +51,7 @@ __all__ = [
     "Light",
     "LimitError",
     "Limits",
+    "LossWarning",
     "Mesh",
     "Picture",
     "Player",
@@ -59,9 +67,12 @@ __all__ = [
     "Track",
     "UnsupportedError",
     "UsageError",
+    "Writer",
     "check",
     "compare",
+    "decimate",
     "friends",
+    "mux",
     "open",
     "render",
 ]

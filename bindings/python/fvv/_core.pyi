@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from typing import Any
 
 import numpy
@@ -55,6 +56,21 @@ class Mesh:
 class Camera:
     """A calibrated camera: x_camera = R x_world + t, x right, y down, z forward, pixel centres at .5."""
 
+    def __init__(
+        self,
+        id: int,
+        K: ArrayLike,
+        R: ArrayLike,
+        t: ArrayLike,
+        size: tuple[int, int],
+        distortion: ArrayLike = ...,
+        lens: str = "none",
+        name: str = "",
+        r_max: float | None = None,
+    ) -> None:
+        """id: 0 to 65534. K, R, t, lens, distortion (up to 8 numbers, the others are 0), r_max: as the attributes have them;
+        r_max None: as far as the lens can be inverted and the picture needs. size: width and height in pixels.
+        `UsageError` for what is no camera, such as an R that is no rotation."""
     @property
     def id(self) -> int:
         """Its identifier in the stream."""
@@ -223,6 +239,87 @@ class LiveReader:
     def feed(self, bytes: Any) -> list[tuple[Any, ...]]: ...
     def finish(self) -> list[tuple[Any, ...]]: ...
 
+class FrameWriter:
+    def __init__(
+        self,
+        options: dict[str, str],
+        sink: Callable[[memoryview], None],
+        on_warning: Callable[[str], None],
+        on_progress: Callable[[int], None] | None,
+    ) -> None: ...
+    @property
+    def failed(self) -> bool: ...
+    @property
+    def frames(self) -> int: ...
+    def configure(
+        self,
+        name: str,
+        numerator: int,
+        denominator: int,
+        cameras: list[Camera],
+        flags: list[tuple[bool, ...]],
+        up: str,
+        scale_unknown: bool,
+    ) -> None: ...
+    def add(
+        self,
+        mesh: Any,
+        pictures: list[Any] | None,
+        masks: list[Any] | None,
+        calibrations: list[Any] | None,
+        visibility: list[Any] | None,
+    ) -> None: ...
+    def finish(self, output: str) -> dict[str, Any]: ...
+    def close(self) -> None: ...
+
+class CaptureMuxer:
+    def __init__(
+        self,
+        capture: str,
+        cameras: list[str],
+        options: dict[str, str],
+        sink: Callable[[memoryview], None],
+        on_warning: Callable[[str], None],
+        on_progress: Callable[[int], None] | None,
+    ) -> None: ...
+    @property
+    def frame_count(self) -> int: ...
+    def run(self) -> None: ...
+    def verify(self, path: str) -> None: ...
+    def result(self, output: str) -> dict[str, Any]: ...
+
+class PartPlan:
+    """fvv_mux/parts.h. Paths are local. Every method but the attributes releases the GIL."""
+
+    @staticmethod
+    def make(capture: str, cameras: list[str], options: dict[str, str], first: str) -> PartPlan: ...
+    @staticmethod
+    def load(data: bytes, name: str, capture: str) -> PartPlan: ...
+    @property
+    def data(self) -> bytes: ...
+    @property
+    def first_report(self) -> str: ...
+    @property
+    def group_count(self) -> int: ...
+    @property
+    def frame_count(self) -> int: ...
+    def frames_of(self, group: int) -> int: ...
+    def files_of(self, group: int) -> list[str]: ...
+    def encode(self, group: int, threads: int, path: str) -> str: ...
+    def check_complete(self, name: str, there: list[bool]) -> None: ...
+    def merge(self, open_part: Callable[[int], tuple[str, str]], path: str) -> tuple[int, list[str]]: ...
+
+def files_of(capture: str) -> list[str]: ...
+def write_segments(stream: str, write_file: Callable[[str, bytes], None]) -> tuple[int, int, int]: ...
+def decimate(
+    mesh: Any,
+    budget: str | None,
+    triangles: int | None,
+    cameras: list[Camera],
+    scale: float,
+    step: float | None,
+    min_piece: int,
+) -> dict[str, Any]: ...
 def check(source: Any, name: str, decode: bool, limits: dict[str, int]) -> dict[str, Any]: ...
 def render(clip: Stream, frame: int, target: Any, options: dict[str, Any]) -> dict[str, Any]: ...
 def compare(

@@ -321,6 +321,10 @@ std::vector<uint8_t> StreamWriter::layout_record(const std::vector<fvv_tile> &ti
   });
 }
 
+void StreamWriter::join(size_t group) {
+  check(fvv_writer_join(writer.get(), uint32_t(group)));
+}
+
 void StreamWriter::repeat_configuration() {
   check(fvv_writer_repeat_configuration(writer.get(), &diagnostic));
 }
@@ -381,6 +385,11 @@ void StreamWriter::sound(const SoundChunk &chunk) {
                          chunk.key ? FVV_FLAG_KEY : 0, chunk.time, chunk.payload.data(), chunk.payload.size(),
                          &diagnostic));
   sound_bytes[chunk.track].add(chunk.payload.size());
+}
+
+void StreamWriter::chunk(const fvv_chunk_header &header, const uint8_t *payload) {
+  check(fvv_writer_chunk(writer.get(), header.type, header.track, header.flags, header.time, payload,
+                         size_t(header.size), &diagnostic));
 }
 
 void StreamWriter::end_group() {

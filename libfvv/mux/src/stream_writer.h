@@ -65,6 +65,10 @@ public:
   // Writes file header and configuration. plan and sink are borrowed.
   StreamWriter(const Plan &plan, const Sink &sink, Nominal nominal = {});
 
+  const Nominal &nominal_values() const { return nominal; }
+
+  // Before the first group: its number, as if the groups before it had been written.
+  void join(size_t group);
   void repeat_configuration();
   void begin_group(size_t group);
   void mesh(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload, bool key);
@@ -81,6 +85,8 @@ public:
   // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
   uint64_t background(size_t frame);
   void sound(const SoundChunk &chunk);
+  // A chunk of a group that was written elsewhere.
+  void chunk(const fvv_chunk_header &header, const uint8_t *payload);
   // What was written so far, as Plan::sounds.
   const std::vector<TrackBytes> &sounds() const { return sound_bytes; }
   void end_group();

@@ -2,9 +2,9 @@
 #include "ladder_fixture.h"
 
 #include "fvv_mux/encoder.h"
+#include "fvv_mux/option_texts.h"
 #include "fvv_mux/summary.h"
 #include "fvvdemux/demux.h"
-#include "fvvmux/options.h"
 #include "mux/src/ladder/mesh_rungs.h"
 
 namespace {

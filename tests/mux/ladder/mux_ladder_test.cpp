@@ -2,9 +2,9 @@
 #include "ladder_fixture.h"
 
 #include "fvv_mux/encoder.h"
+#include "fvv_mux/option_texts.h"
 #include "fvv_mux/summary.h"
 #include "fvvdemux/demux.h"
-#include "fvvmux/options.h"
 
 TEST_CASE("a ladder has the pictures in each size, and says so") {
   const Folder folder;

@@ -1,6 +1,8 @@
-// Parses values of options.
+// Options as texts, with the names and words of fvvmux: one parser for the command line and for bindings.
 #pragma once
 
+#include "fvv/format.h"
+#include "fvv_media/sound.h"
 #include "fvv_mux/options.h"
 
 namespace fvv::mux {
@@ -32,5 +34,32 @@ MatchColours parse_match_colours(const std::string &text);                      
 std::optional<double> parse_inset(const std::string &text);                       // "auto", "off", "3mm"
 Visibility parse_visibility(const std::string &text);                             // "auto", "weight", "none"
 std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text); // "128,128,128"
+uint32_t parse_blend(const std::string &text);                                    // "viewer", "paper"
+
+// The values of options that are no plain number; empty or without value: as by default.
+struct OptionTexts {
+  std::optional<std::string> bit_depth, quality, ladder;
+  std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
+              video_pixels, video_size, video_tracks = "1", mesh_ladder = "auto", step, max_error,
+              mesh_profile = "draco", normals = "auto", winding, frames, visibility = "auto",
+              colours = "auto", match_colours = "auto", texture_blend, texture_unseen, texture_inset = "auto",
+              audio_bit_rate;
+};
+
+// Of options that are numbers.
+template <class T> struct Bounds { T least, most; };
+constexpr Bounds<int> texture_bits_bounds = {1, FVV_TEXTURE_BITS_MAX}, triangles_bounds = {1, 1000000000},
+                      group_bounds = {1, 100000}, mesh_level_bounds = {0, 10}, texture_best_bounds = {1, 255},
+                      min_component_bounds = {0, 1000000000}, threads_bounds = {1, 256},
+                      audio_channels_bounds = {1, media::max_sound_channels};
+constexpr Bounds<double> undistort_alpha_bounds = {0, 1}, texture_threshold_bounds = {0, 1},
+                         texture_depth_bounds = {0, 1e6};
+
+// Sets the option that fvvmux calls --name: a number or flag ("on", "off") in options, any other in texts,
+// for take_texts. Returns false for another name. Throws Error (usage) for a number out of bounds.
+bool set_option(const std::string &name, const std::string &text, Options &options, OptionTexts &texts);
+
+// Throws Error (usage) for texts that are wrong and options that exclude each other.
+void take_texts(Options &options, const OptionTexts &texts);
 
 } // namespace fvv::mux

@@ -1,13 +1,15 @@
-#include "fvvmux/options.h"
-#include "cli/cli.h"
+#include "fvv_mux/option_texts.h"
+
 #include "fvv/colours.h"
 #include "fvv/mesh.h"
+#include "fvv_cxx/format.h"
 #include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_scene/text.h"
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace fvv::mux {
 
@@ -292,6 +294,207 @@ Visibility parse_visibility(const std::string &text) {
   if (text == "weight") return Visibility::weights;
   if (text == "none") return Visibility::none;
   refuse("--visibility", "auto, weight or none", text);
+}
+
+uint32_t parse_blend(const std::string &text) {
+  if (text == "viewer") return FVV_BLEND_VIEWER;
+  if (text == "paper") return FVV_BLEND_PAPER;
+  refuse("--texture-blend", "viewer or paper", text);
+}
+
+namespace {
+
+struct NamedText {
+  const char *name;
+  std::string OptionTexts::*text;
+};
+constexpr NamedText named_texts[] = {
+    {"codec", &OptionTexts::codec},
+    {"bitrate", &OptionTexts::bit_rate},
+    {"tile", &OptionTexts::tile},
+    {"scale", &OptionTexts::scale},
+    {"atlas-scale", &OptionTexts::atlas_scale},
+    {"background", &OptionTexts::background},
+    {"crop", &OptionTexts::crop},
+    {"video-pixels", &OptionTexts::video_pixels},
+    {"video-size", &OptionTexts::video_size},
+    {"video-tracks", &OptionTexts::video_tracks},
+    {"mesh-ladder", &OptionTexts::mesh_ladder},
+    {"step", &OptionTexts::step},
+    {"max-error", &OptionTexts::max_error},
+    {"mesh-profile", &OptionTexts::mesh_profile},
+    {"normals", &OptionTexts::normals},
+    {"winding", &OptionTexts::winding},
+    {"frames", &OptionTexts::frames},
+    {"visibility", &OptionTexts::visibility},
+    {"colours", &OptionTexts::colours},
+    {"match-colours", &OptionTexts::match_colours},
+    {"texture-blend", &OptionTexts::texture_blend},
+    {"texture-unseen", &OptionTexts::texture_unseen},
+    {"texture-inset", &OptionTexts::texture_inset},
+    {"audio-bitrate", &OptionTexts::audio_bit_rate},
+};
+
+struct NamedOptionalText {
+  const char *name;
+  std::optional<std::string> OptionTexts::*text;
+};
+constexpr NamedOptionalText named_optional_texts[] = {
+    {"bit-depth", &OptionTexts::bit_depth},
+    {"quality", &OptionTexts::quality},
+    {"ladder", &OptionTexts::ladder},
+};
+
+template <class Target> void set_number(Target &target, double value) {
+  target = Target(value);
+}
+template <class Value> void set_number(std::optional<Value> &target, double value) {
+  target = Value(value);
+}
+
+struct NamedNumber {
+  const char *name;
+  double least, most;
+  bool whole;
+  void (*set)(Options &, double);
+};
+template <auto Member, class T>
+constexpr NamedNumber named_number(const char *name, const Bounds<T> &bounds) {
+  return {name, double(bounds.least), double(bounds.most), std::is_integral_v<T>,
+          [](Options &options, double value) { set_number(options.*Member, value); }};
+}
+constexpr NamedNumber named_numbers[] = {
+    named_number<&Options::texture_bits>("texture-bits", texture_bits_bounds),
+    named_number<&Options::undistort_alpha>("undistort-alpha", undistort_alpha_bounds),
+    named_number<&Options::triangles>("triangles", triangles_bounds),
+    named_number<&Options::group>("group", group_bounds),
+    named_number<&Options::mesh_level>("mesh-level", mesh_level_bounds),
+    named_number<&Options::texture_threshold>("texture-threshold", texture_threshold_bounds),
+    named_number<&Options::texture_best>("texture-best", texture_best_bounds),
+    named_number<&Options::texture_depth_bias>("texture-depth-bias", texture_depth_bounds),
+    named_number<&Options::texture_depth_slope>("texture-depth-slope", texture_depth_bounds),
+    named_number<&Options::min_component>("min-component", min_component_bounds),
+    named_number<&Options::threads>("threads", threads_bounds),
+    named_number<&Options::sound_channels>("audio-channels", audio_channels_bounds),
+};
+
+struct NamedFlag {
+  const char *name;
+  bool Options::*flag;
+  bool value; // when the flag is given
+};
+constexpr NamedFlag named_flags[] = {
+    {"undistort", &Options::undistort, true},
+    {"keep-geometry", &Options::keep_geometry, true},
+    {"no-delta", &Options::delta, false},
+    {"skip-bad-frames", &Options::skip_bad_frames, true},
+    {"no-pictures", &Options::pictures, false},
+    {"no-meshes", &Options::meshes, false},
+    {"no-background", &Options::environment, false},
+    {"no-audio", &Options::sound, false},
+    {"repeat-configuration", &Options::repeat_configuration, true},
+    {"live", &Options::live, true},
+    {"verify", &Options::verify, true},
+};
+
+void set_number(const NamedNumber &number, const std::string &text, Options &options) {
+  double value = 0;
+  if (scene::parse_double(text, value) && value >= number.least && value <= number.most &&
+      (!number.whole || value == std::floor(value))) {
+    number.set(options, value);
+    return;
+  }
+  const std::string expected =
+      fvv::format("a%s number from %.10g to %.10g", number.whole ? " whole" : "", number.least, number.most);
+  refuse(("--" + std::string(number.name)).c_str(), expected.c_str(), text);
+}
+
+void check_exclusion(bool first, const char *first_name, bool second, const char *second_name) {
+  if (first && second)
+    throw Error(std::string(first_name) + ": expected without " + second_name + ", found both", Error::usage);
+}
+
+void check_need(bool given, const char *name, bool needed, const char *needed_name) {
+  if (given && !needed)
+    throw Error(std::string(name) + ": expected with " + needed_name + ", found alone", Error::usage);
+}
+
+} // namespace
+
+bool set_option(const std::string &name, const std::string &text, Options &options, OptionTexts &texts) {
+  for (const NamedText &one : named_texts)
+    if (name == one.name) {
+      if (text.empty()) refuse(("--" + name).c_str(), "a value", text);
+      texts.*one.text = text;
+      return true;
+    }
+  for (const NamedOptionalText &one : named_optional_texts)
+    if (name == one.name) {
+      texts.*one.text = text;
+      return true;
+    }
+  for (const NamedNumber &one : named_numbers)
+    if (name == one.name) {
+      set_number(one, text, options);
+      return true;
+    }
+  for (const NamedFlag &one : named_flags)
+    if (name == one.name) {
+      if (text != "on" && text != "off") refuse(("--" + name).c_str(), "on or off", text);
+      options.*one.flag = (text == "on") == one.value;
+      return true;
+    }
+  return false;
+}
+
+void take_texts(Options &options, const OptionTexts &texts) {
+  options.codec = parse_codec(texts.codec);
+  options.bit_depth = texts.bit_depth ? parse_bit_depth(*texts.bit_depth, options.codec)
+                                      : media::find_video_codec(options.codec)->shallowest;
+  options.quality =
+      texts.quality ? parse_quality(*texts.quality, options.codec) : default_quality(options.codec);
+  if (!texts.bit_rate.empty()) options.bit_rate = parse_bit_rate(texts.bit_rate);
+  if (options.bit_rate && options.codec == FVV_CODEC_OEXR)
+    throw Error("--bitrate: video in OpenEXR is lossless and keeps no bit rate", Error::usage);
+  if (!texts.tile.empty()) options.tile = parse_tile(texts.tile);
+  if (!texts.scale.empty()) options.scale = parse_scale("--scale", texts.scale);
+  if (!texts.atlas_scale.empty()) options.atlas_scale = parse_scale("--atlas-scale", texts.atlas_scale);
+  if (!texts.audio_bit_rate.empty()) options.sound_bit_rate = parse_audio_bit_rate(texts.audio_bit_rate);
+  options.background = parse_background(texts.background);
+  options.crop = parse_crop(texts.crop);
+  if (!texts.video_pixels.empty()) options.video_pixels = parse_pixels(texts.video_pixels);
+  if (!texts.video_size.empty()) options.video_size = parse_video_size(texts.video_size);
+  if (!texts.step.empty()) options.step = parse_length(texts.step);
+  if (!texts.max_error.empty()) options.max_error = parse_max_error(texts.max_error);
+  options.video_tracks = parse_video_tracks(texts.video_tracks);
+  if (texts.ladder) options.ladder = parse_ladder(*texts.ladder);
+  if (!options.ladder.empty() && options.ladder[0].bit_rate && (texts.quality || !texts.bit_rate.empty()))
+    throw Error("--ladder: with bits a second of each rung there is no --quality and no --bitrate",
+                Error::usage);
+  options.mesh_ladder = parse_mesh_ladder(texts.mesh_ladder);
+  options.mesh_profile = parse_profile(texts.mesh_profile);
+  options.visibility = parse_visibility(texts.visibility);
+  parse_colours(texts.colours, options);
+  options.match_colours = parse_match_colours(texts.match_colours);
+  options.texture_inset = parse_inset(texts.texture_inset);
+  if (!texts.texture_blend.empty()) options.texture_blend = parse_blend(texts.texture_blend);
+  if (!texts.texture_unseen.empty())
+    options.texture_unseen = parse_colour("--texture-unseen", texts.texture_unseen);
+  options.normals = parse_normals(texts.normals);
+  if (!texts.winding.empty()) options.winding = parse_winding(texts.winding);
+  if (!texts.frames.empty()) options.frames = fvv::parse_range("--frames", texts.frames);
+  const bool has_pixels = !texts.video_pixels.empty(), has_size = !texts.video_size.empty();
+  const bool has_tracks = options.video_tracks != 1;
+  check_exclusion(texts.quality.has_value(), "--quality", options.bit_rate, "--bitrate");
+  check_exclusion(!texts.tile.empty(), "--tile", !texts.scale.empty(), "--scale");
+  check_exclusion(has_pixels, "--video-pixels", has_size, "--video-size");
+  check_exclusion(has_tracks, "--video-tracks", has_pixels, "--video-pixels");
+  check_exclusion(has_tracks, "--video-tracks", has_size, "--video-size");
+  check_exclusion(options.triangles, "--triangles", options.keep_geometry, "--keep-geometry");
+  check_exclusion(options.sound_bit_rate, "--audio-bitrate", !options.sound, "--no-audio");
+  check_need(options.mesh_ladder != MeshLadder::automatic, "--mesh-ladder", !options.ladder.empty(),
+             "--ladder");
+  check_need(options.undistort_alpha != 0, "--undistort-alpha", options.undistort, "--undistort");
 }
 
 } // namespace fvv::mux
