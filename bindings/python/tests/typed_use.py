@@ -36,3 +36,13 @@ def follow(reader: fvv.Reader, data: bytes) -> int:
         elif isinstance(event, fvv.Damage):
             print(event.problem.offset)
     return frames
+
+
+def write(path: str, source: str) -> int:
+    with fvv.open(source) as clip, fvv.Writer(path, rate=clip.rate, budget="1mm", codec="jpeg") as writer:
+        for frame in clip:
+            writer.add(frame.mesh, time=frame.time)
+    summary = writer.summary or fvv.mux("capture", path, force=True, threads=1)
+    camera = fvv.Camera(0, numpy.eye(3), numpy.eye(3), [0, 0, 0], (64, 48))
+    coarse: fvv.Decimated = fvv.decimate((numpy.zeros((3, 3)), [[0, 1, 2]]), 0.5, cameras=[camera])
+    return int(summary["bytes"]) + len(coarse.indices)
