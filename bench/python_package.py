@@ -154,7 +154,6 @@ def measure(c_read, build, work, stream, capture):
         "python.c_read_ms": min(theirs),
         "python.extra_copies": found["extra_copies"],
         "python.two_threads_speed": found["two_threads"],
-
         "python.write_time_over_fvvmux": max(min(muxed), min(wrote)) / min(packed),
         "python.mux_seconds": min(muxed),
         "python.write_seconds": min(wrote),

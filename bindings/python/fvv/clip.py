@@ -6,6 +6,7 @@ import json
 import os
 import re
 import threading
+import warnings
 import weakref
 from collections.abc import Iterator
 from fractions import Fraction
@@ -145,6 +146,26 @@ class ClipFrame(Frame):
 
     def _load_visibility(self, mesh_track: int, camera: int) -> Weights | None:
         return self._stream.visibility(self.index, mesh_track, camera)
+
+    def _draw_mesh(self) -> NDArray[numpy.uint8] | None:
+        from .view import render
+
+        mesh = self.mesh
+        if mesh is None or not mesh.vertex_count:
+            return None
+        low, high = mesh.positions.min(axis=0).astype(float), mesh.positions.max(axis=0).astype(float)
+        size = float(numpy.linalg.norm(high - low)) or 1.0
+        # From above and aside, on whichever axes the world has.
+        up = numpy.zeros(3)
+        axis = "xyz".index(self._description.up[1]) if self._description.up else 1
+        up[axis] = -1 if (self._description.up or "+")[0] == "-" else 1
+        aside = numpy.roll(up, 1) + numpy.roll(up, 2)
+        eye = (low + high) / 2 + size * (0.9 * aside / 2**0.5 + 0.5 * up)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # pictures that are lost
+            return render(
+                self._clip, self, (eye, (low + high) / 2, up), size=(640, 480), background=(250, 250, 248)
+            )
 
     @property
     def background(self) -> Background | None:

@@ -44,6 +44,9 @@ def parser() -> argparse.ArgumentParser:
         "-o", "--output", metavar="OUT", help=f"a file ending in .{', .'.join(FORMATS)}; else a window"
     )
     plot.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
+    plot.add_argument(
+        "--against", metavar="REFERENCE", help="draw the distance to the surface of this stream or capture"
+    )
     show = add("show", run_show, "Plays a clip in the browser, from this computer.")
     show.add_argument("--port", type=int, default=0, help="to listen at; default: any that is free")
     show.add_argument(
@@ -69,7 +72,7 @@ def run_plot(given: argparse.Namespace) -> int:
 
     with open_clip(given.file, rung=given.rung) as clip:
         if given.output is None:
-            _open_window(clip)
+            _open_window(clip, given.against)
             return _code(clip)
         kind = os.path.splitext(given.output)[1][1:].lower()
         if kind not in FORMATS:
@@ -77,16 +80,18 @@ def run_plot(given: argparse.Namespace) -> int:
                 f"{given.output}: expected a name ending in .{', .'.join(FORMATS)}", file=given.output
             )
         # Refused before anything is drawn.
-        output = output_of(given.output, given.force, [given.file])
+        output = output_of(
+            given.output, given.force, [given.file, *([given.against] if given.against else [])]
+        )
         try:
-            output.write(memoryview(save(plot(clip), kind)))
+            output.write(memoryview(save(plot(clip, against=given.against), kind)))
             output.commit()
         finally:
             output.discard()
         return _code(clip)
 
 
-def _open_window(clip: Clip) -> None:
+def _open_window(clip: Clip, against: str | None) -> None:
     from .plots import plot
 
     try:
@@ -104,7 +109,7 @@ def _open_window(clip: Clip) -> None:
         "template",
     ):
         raise UsageError(f"there is no display to draw on: pass -o NAME.{FORMATS[0]}")
-    plot(clip, figure)
+    plot(clip, figure, against=against)
     pyplot.show()
 
 

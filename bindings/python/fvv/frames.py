@@ -149,12 +149,17 @@ class Frame(abc.ABC):
         return None
 
     def _repr_png_(self) -> bytes | None:
-        """What notebooks show: the picture of the first camera. None: there is none, or it is damaged."""
+        """What notebooks show: the picture of the first camera, else the mesh. None: there is neither, or it is damaged."""
         try:
             for picture in self.images.values():
                 return png(shrunk(on_screen(picture.whole())))
+            drawn = self._draw_mesh()
         except Error:
             return None
+        return None if drawn is None else png(drawn)
+
+    def _draw_mesh(self) -> numpy.typing.NDArray[numpy.uint8] | None:
+        """The mesh as seen from outside of the scene; None where it cannot be drawn."""
         return None
 
     def to_trimesh(self) -> Any:

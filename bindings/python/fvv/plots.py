@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ._core import Camera, Mesh
 from .clip import Clip
+from .comparison import Comparable, compare
 from .errors import DamagedError, Error
 from .records import Track
 
@@ -57,6 +58,8 @@ STYLE = {
 }
 #: More tracks than these are shown as one series for each kind.
 MOST_SERIES = 12
+#: Of each surface and frame; the rms distance needs no more.
+ERROR_SAMPLES = 10000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -188,6 +191,26 @@ def draw_counts(axes: Axes, clip: Clip, edges: Floats) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1), borderaxespad=0)
 
 
+def draw_errors(axes: Axes, clip: Clip, edges: Floats, against: Comparable) -> None:
+    """How far the surface of each frame is from that of a reference; a gap where one of them has no mesh."""
+    found = compare(against, clip, samples=ERROR_SAMPLES)
+    scale, unit = (1.0, "units of the reference") if found.unit == "unknown" else (1000.0, "mm")
+    places = {clip[i].number: i for i in range(len(clip))}
+    rms, most = numpy.full((2, len(clip)), numpy.nan)
+    for pair in found.frames:
+        if pair.b.frame in places:
+            rms[places[pair.b.frame]] = scale * pair.distance.symmetric.rms
+            most[places[pair.b.frame]] = scale * pair.distance.symmetric.max
+    for values, name, colour in ((most, "largest", COLOURS["calibration"]), (rms, "rms", COLOURS["mesh"])):
+        axes.stairs(values, edges, baseline=None, color=colour, label=name, linewidth=1.6)
+    axes.set_ylim(bottom=0)
+    axes.set_title(
+        f"Distance to the surface of the reference: {scale * found.distance.symmetric.rms:.3g} {unit} rms"
+    )
+    axes.set_ylabel(unit)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1), borderaxespad=0)
+
+
 def axes_of_world(up: str | None, cameras: list[Camera]) -> tuple[Floats, Floats, Floats, str]:
     """Unit vectors to the right, towards the viewer of a top view's lower edge, and up; and the name of the last. Where the
     stream states no up axis, that of the cameras' pictures, on average, is taken."""
@@ -287,12 +310,13 @@ def draw_layouts(top: Axes, side: Axes, clip: Clip) -> None:
     side.set_title(f"From the side: {up_name} is up{guessed}")
 
 
-def plot(clip: Clip, figure: Figure | None = None) -> Figure:
+def plot(clip: Clip, figure: Figure | None = None, *, against: Comparable | None = None) -> Figure:
     """A page of charts: bytes of each track over time, key and delta frames, vertices and faces, and the layout of the
     cameras with the mesh from above and from the side. Times are seconds of the clip, lengths metres.
 
     figure: an empty one to draw on, such as a window's; None: a new one, which pyplot does not know and which therefore needs
-    no closing. Decodes all meshes of the rung and no pictures. What is damaged is left out. `fvv.Error`: the clip has no frames.
+    no closing. against: what the clip was made from, a clip, a capture or meshes as `fvv.compare` takes them; the distance of the
+    surfaces is drawn then. Decodes all meshes of the rung and no pictures. What is damaged is left out. `fvv.Error`: the clip has no frames.
     ImportError without matplotlib: `pip install fvv[plot]`.
     """
     try:
@@ -308,18 +332,21 @@ def plot(clip: Clip, figure: Figure | None = None) -> Figure:
     with matplotlib.rc_context(STYLE):
         keys = 0.7 + 0.2 * len(series)
         figure = matplotlib.figure.Figure() if figure is None else figure
-        figure.set_size_inches(11, 7.6 + keys)
+        figure.set_size_inches(11, (7.6 if against is None else 9.4) + keys)
         figure.set_layout_engine("constrained")
         figure.set_facecolor(PAPER)
-        grid = figure.add_gridspec(4, 2, height_ratios=[2.2, keys, 1.6, 3.6])
+        middle = [1.6] if against is None else [1.6, 1.6]
+        grid = figure.add_gridspec(3 + len(middle), 2, height_ratios=[2.2, keys, *middle, 3.6])
         sizes = figure.add_subplot(grid[0, :])
-        below = [figure.add_subplot(grid[row, :], sharex=sizes) for row in (1, 2)]
+        below = [figure.add_subplot(grid[row, :], sharex=sizes) for row in range(1, 2 + len(middle))]
         draw_bytes(sizes, clip, edges, series)
         draw_keys(below[0], edges, series, borders_of(clip))
         draw_counts(below[1], clip, edges)
+        if against is not None:
+            draw_errors(below[2], clip, edges, against)
         sizes.set_xlim(edges[0], edges[-1])
-        below[1].set_xlabel("time in s")
-        draw_layouts(figure.add_subplot(grid[3, 0]), figure.add_subplot(grid[3, 1]), clip)
+        below[-1].set_xlabel("time in s")
+        draw_layouts(figure.add_subplot(grid[-1, 0]), figure.add_subplot(grid[-1, 1]), clip)
         figure.suptitle(
             f"{os.path.basename(clip.name)}: {len(clip)} frames, {clip.duration:.2f} s, {clip.size / 1e6:.2f} MB"
         )

@@ -1,7 +1,7 @@
 // The extension module fvv._core. What users see is in ../fvv.
 #include "compare.h"
 #include "decimate.h"
-#include "live.h"
+#include "live/reader.h"
 #include "parts.h"
 #include "render.h"
 #include "source.h"

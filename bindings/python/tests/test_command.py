@@ -208,6 +208,21 @@ def test_the_views_are_of_a_right_handed_world(up):
     assert numpy.cross(right, -down) @ above == 1 and numpy.cross(right, above) @ right == 0
 
 
+def test_errors_of_frames(players, tmp_path, capsys):
+    with fvv.open(players) as clip:
+        meshes = [frame.mesh for frame in clip]
+        moved = [(mesh.positions + (0.003 if i == 4 else 0), mesh.indices) for i, mesh in enumerate(meshes)]
+        figure = plots.plot(clip, against=moved)
+        axes = figure.axes[3]
+        rms = axes.patches[1].get_data().values
+        # 3 mm on each axis, seen along the normals of the surface.
+        assert 1 < rms[4] < 5.2 and (numpy.delete(rms, 4) < 1e-3).all() and axes.get_ylabel() == "mm"
+    path = tmp_path / "chart.png"
+    assert run(capsys, "plot", FIELD, "--against", FIELD, "-o", path) == (0, "", "") and path.exists()
+    code, _, err = run(capsys, "plot", FIELD, "--against", tmp_path / "none.fvv", "-o", tmp_path / "no.png")
+    assert code in (1, 2) and "none.fvv" in err and not (tmp_path / "no.png").exists()
+
+
 def test_plot_of_what_is_rare(damaged, tmp_path, capsys):
     for path, code in (
         (damaged, 3),

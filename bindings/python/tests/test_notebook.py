@@ -69,10 +69,18 @@ def test_a_frame_shows_the_picture_of_its_first_camera(players):
         expected = 255 * numpy.where(low, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
         assert shown.shape == light.shape and numpy.abs(shown - expected).max() <= 0.5 + 1e-6
         assert shown.max() > 100
-    with fvv.open(CONFORMANCE / "delta/field.fvv") as clip:
-        assert clip[0]._repr_png_() is None
     with fvv.open(CONFORMANCE / "tiles/crops.fvv") as clip:  # its samples do not decode
         assert clip[0]._repr_png_() is None
+
+
+@pytest.mark.parametrize("name", ["delta/field", "colours/sheet", "audio/two_sounds", "calibration/moving"])
+def test_a_frame_without_pictures_shows_its_mesh(name):
+    with fvv.open(CONFORMANCE / f"{name}.fvv") as clip:
+        shown = decoded(clip[0]._repr_png_())
+    behind = (shown == (250, 250, 248)).all(axis=2)
+    # It is in the middle of the picture and ends before its edges.
+    assert shown.shape == (480, 640, 3) and 0.01 < (~behind).mean() < 0.9
+    assert behind[[0, -1]].all() and behind[:, [0, -1]].all() and not behind[120:360, 160:480].all()
 
 
 def test_png_is_read_by_others():

@@ -1,4 +1,4 @@
-#include "live_sound.h"
+#include "live/sound.h"
 
 #include "fvv_cxx/error.h"
 #include "fvv_demux/sounds.h"

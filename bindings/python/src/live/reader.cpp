@@ -1,10 +1,10 @@
-#include "live.h"
+#include "live/reader.h"
 
 #include "arrays.h"
 #include "fvv/frames.h"
 #include "fvv_cxx/rung.h"
-#include "live_sound.h"
-#include "live_visibility.h"
+#include "live/sound.h"
+#include "live/visibility.h"
 #include "source.h"
 #include "stream.h"
 #include "values.h"

@@ -1,4 +1,4 @@
-#include "live_visibility.h"
+#include "live/visibility.h"
 
 #include <algorithm>
 #include <cstring>
