@@ -73,6 +73,11 @@ flags=$(PKG_CONFIG_PATH="$prefix/$LIBDIR/pkgconfig" "$PKG_CONFIG" --cflags --lib
 "$CXX" -std=c++17 -Wall -Wextra "$here/consumer_encode.cpp" -o "$work/pc_encode" $flags
 LD_LIBRARY_PATH=$prefix/$LIBDIR encodes "pkg-config fvv_mux" "$work/pc_encode"
 
+expect "CMake package, components view and compare" "$work/cmake_default/consumer_view" "a mesh, equal"
+flags=$(PKG_CONFIG_PATH="$prefix/$LIBDIR/pkgconfig" "$PKG_CONFIG" --cflags --libs fvv_view fvv_compare)
+"$CXX" -std=c++17 -Wall -Wextra "$here/consumer_view.cpp" -o "$work/pc_view" $flags
+expect "pkg-config fvv_view fvv_compare" "$work/pc_view" "a mesh, equal" "$prefix/$LIBDIR"
+
 for header in "$prefix"/include/fvv/*.h; do
   name=fvv/$(basename "$header")
   echo "#include <$name>" > "$work/alone.c"

@@ -4,51 +4,77 @@
         for frame in clip:
             print(frame.time, frame.mesh.positions.shape)
 
+    with fvv.Writer("copy.fvv", rate=clip.rate, budget="1mm") as writer:
+        for frame in clip:
+            writer.add(frame.mesh)
+
 Lengths are metres, times seconds, pixels have their centres at .5; cameras look along +z with x to the right and y down.
 """
 
 from __future__ import annotations
 
+from . import friends
 from ._core import Camera, Mesh, Picture, Sound, library_version
+from .background import Background, BackgroundPart, Light
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
-from .errors import DamagedError, Error, LimitError, UnsupportedError, UsageError
+from .comparison import Comparison, compare
+from .errors import DamagedError, Error, LimitError, LossWarning, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
-from .reader import Configuration, Damage, End, Event, FrameEvent, Reader
+from .meshes import Decimated, decimate
+from .player import Player
+from .reader import Configuration, Damage, End, Event, FrameEvent, Reader, SoundEvent
 from .records import Check, Description, Limits, Problem, Rung, Track
+from .view import Rendering, render
+from .writer import Writer, mux
 
 __version__ = library_version
 
 __all__ = [
+    "Background",
+    "BackgroundPart",
     "ByCamera",
     "Camera",
     "Check",
     "Clip",
     "ClipFrame",
+    "Comparison",
     "Configuration",
     "Damage",
     "DamagedError",
+    "Decimated",
     "Description",
     "End",
     "Error",
     "Event",
     "Frame",
     "FrameEvent",
+    "Light",
     "LimitError",
     "Limits",
+    "LossWarning",
     "Mesh",
     "Picture",
+    "Player",
     "Problem",
     "ReadAt",
     "Readable",
     "Reader",
     "ReceivedFrame",
+    "Rendering",
     "Rung",
     "Sound",
+    "SoundEvent",
     "Track",
     "UnsupportedError",
     "UsageError",
+    "Writer",
     "check",
+    "compare",
+    "decimate",
+    "friends",
+    "mux",
     "open",
+    "render",
 ]
 
 

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from typing import Any
 
 import numpy
@@ -9,11 +10,14 @@ class Mesh:
     """A triangle mesh. Arrays are read-only views of the mesh's memory and keep it alive."""
 
     @property
-    def track(self) -> int: ...
+    def track(self) -> int:
+        """Identifier of the mesh track."""
     @property
-    def vertex_count(self) -> int: ...
+    def vertex_count(self) -> int:
+        """Rows of `positions`."""
     @property
-    def face_count(self) -> int: ...
+    def face_count(self) -> int:
+        """Rows of `indices`."""
     @property
     def positions(self) -> NDArray[numpy.float32]:
         """(vertices, 3) metres on the axes of the world: origin + step * lattice, rounded once."""
@@ -41,19 +45,44 @@ class Mesh:
     @property
     def colours(self) -> NDArray[numpy.uint8] | None:
         """(vertices, 3) red, green, blue of low resolution, sRGB. None: not sent."""
+    # Of fvv.friends.
+    def to_trimesh(self, atlas: Picture | NDArray[Any] | None = None) -> Any:
+        """A trimesh.Trimesh. atlas: the picture of the texture."""
+    def to_open3d(self) -> Any:
+        """An open3d.geometry.TriangleMesh."""
+    def to_pyvista(self) -> Any:
+        """A pyvista.PolyData."""
 
 class Camera:
     """A calibrated camera: x_camera = R x_world + t, x right, y down, z forward, pixel centres at .5."""
 
+    def __init__(
+        self,
+        id: int,
+        K: ArrayLike,
+        R: ArrayLike,
+        t: ArrayLike,
+        size: tuple[int, int],
+        distortion: ArrayLike = ...,
+        lens: str = "none",
+        name: str = "",
+        r_max: float | None = None,
+    ) -> None:
+        """id: 0 to 65534. K, R, t, lens, distortion (up to 8 numbers, the others are 0), r_max: as the attributes have them;
+        r_max None: as far as the lens can be inverted and the picture needs. size: width and height in pixels.
+        `UsageError` for what is no camera, such as an R that is no rotation."""
     @property
-    def id(self) -> int: ...
+    def id(self) -> int:
+        """Its identifier in the stream."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Its name; may be empty."""
     @property
     def width(self) -> int:
         """Pixels of the picture that K belongs to."""
     @property
-    def height(self) -> int: ...
+    def height(self) -> int:
+        """Pixels of the picture that K belongs to."""
     @property
     def K(self) -> NDArray[numpy.float64]:
         """(3, 3): fx skew cx, 0 fy cy, 0 0 1, in pixels."""
@@ -76,7 +105,8 @@ class Camera:
     def r_max(self) -> float:
         """Radius up to which the lens model is valid, at z = 1; an angle in radians for fisheye."""
     @property
-    def moves(self) -> bool: ...
+    def moves(self) -> bool:
+        """Its calibration changes from frame to frame."""
     def project(self, points: ArrayLike) -> NDArray[numpy.float64]:
         """(..., 3) metres in the world to (..., 2) pixels. NaN behind the camera and beyond r_max; a pixel may lie outside
         the picture."""
@@ -110,9 +140,11 @@ class Sound:
     """Packets of an audio track that follow each other without a gap."""
 
     @property
-    def track(self) -> int: ...
+    def track(self) -> int:
+        """Identifier of the audio track."""
     @property
-    def title(self) -> str: ...
+    def title(self) -> str:
+        """The name of the track; may be empty."""
     @property
     def language(self) -> str:
         """BCP 47; may be empty."""
@@ -123,7 +155,8 @@ class Sound:
     def rate(self) -> int:
         """Samples per second."""
     @property
-    def channels(self) -> int: ...
+    def channels(self) -> int:
+        """1 to 8."""
     @property
     def start(self) -> float:
         """Time of the first of `samples()`, in seconds of the clip."""
@@ -137,13 +170,20 @@ class Sound:
     def packets_start(self) -> int:
         """Time of the first sample that the first packet decodes to, in samples."""
     @property
-    def packets(self) -> tuple[bytes, ...]: ...
+    def packets(self) -> tuple[bytes, ...]:
+        """As they were sent; `packet_duration` samples each."""
     @property
     def record(self) -> bytes:
         """Opus: the header of RFC 7845 clause 5.1. AAC: AudioSpecificConfig."""
     @property
     def position(self) -> NDArray[numpy.float64] | None:
         """(3,) metres: where it is heard from. None: everywhere, or from a place that moves."""
+    @property
+    def moves(self) -> bool:
+        """It is heard from a place that moves: `position_at`."""
+    def position_at(self, seconds: float) -> NDArray[numpy.float64] | None:
+        """(3,) metres: where it is heard from at a time of the clip, in seconds; of sound that moves, in a straight line between the
+        places that were sent, and the first or last one beyond. None: everywhere."""
     def samples(self) -> NDArray[numpy.float32]:
         """(samples, channels), full scale 1: decodes the packets into a new array."""
 
@@ -164,8 +204,13 @@ class Stream:
     def visibility(self, frame: int, mesh_track: int, camera: int) -> NDArray[numpy.uint8] | None: ...
     def picture_cameras(self, frame: int) -> list[int]: ...
     def picture(self, frame: int, camera: int) -> Picture | None: ...
+    def background(self, frame: int) -> tuple[list[Any], list[bytes], list[Any]] | None: ...
     def sounds(self) -> list[Sound]: ...
     def problems(self) -> list[tuple[str, int | None, str | None, int | None, str]]: ...
+    def chunks(self, group: int | None = None) -> NDArray[numpy.void]: ...
+    @property
+    def byte_count(self) -> int: ...
+    def read_at(self, offset: int, size: int) -> bytes: ...
 
 class LiveFrame:
     @property
@@ -178,10 +223,113 @@ class LiveFrame:
     def cameras(self) -> dict[int, Camera | None]: ...
     @property
     def pictures(self) -> dict[int, Picture]: ...
+    def visibility(self, mesh_track: int, camera: int) -> NDArray[numpy.uint8] | None: ...
 
 class LiveReader:
-    def __init__(self, name: str, rung: int, pictures: bool, join: bool, limits: dict[str, int]) -> None: ...
+    def __init__(
+        self,
+        name: str,
+        rung: int,
+        pictures: bool,
+        visibility: bool,
+        sound: bool,
+        join: bool,
+        limits: dict[str, int],
+    ) -> None: ...
     def feed(self, bytes: Any) -> list[tuple[Any, ...]]: ...
     def finish(self) -> list[tuple[Any, ...]]: ...
 
+class FrameWriter:
+    def __init__(
+        self,
+        options: dict[str, str],
+        sink: Callable[[memoryview], None],
+        on_warning: Callable[[str], None],
+        on_progress: Callable[[int], None] | None,
+    ) -> None: ...
+    @property
+    def failed(self) -> bool: ...
+    @property
+    def frames(self) -> int: ...
+    def configure(
+        self,
+        name: str,
+        numerator: int,
+        denominator: int,
+        cameras: list[Camera],
+        flags: list[tuple[bool, ...]],
+        up: str,
+        scale_unknown: bool,
+    ) -> None: ...
+    def add(
+        self,
+        mesh: Any,
+        pictures: list[Any] | None,
+        masks: list[Any] | None,
+        calibrations: list[Any] | None,
+        visibility: list[Any] | None,
+    ) -> None: ...
+    def finish(self, output: str) -> dict[str, Any]: ...
+    def close(self) -> None: ...
+
+class CaptureMuxer:
+    def __init__(
+        self,
+        capture: str,
+        cameras: list[str],
+        options: dict[str, str],
+        sink: Callable[[memoryview], None],
+        on_warning: Callable[[str], None],
+        on_progress: Callable[[int], None] | None,
+    ) -> None: ...
+    @property
+    def frame_count(self) -> int: ...
+    def run(self) -> None: ...
+    def verify(self, path: str) -> None: ...
+    def result(self, output: str) -> dict[str, Any]: ...
+
+class PartPlan:
+    """fvv_mux/parts.h. Paths are local. Every method but the attributes releases the GIL."""
+
+    @staticmethod
+    def make(capture: str, cameras: list[str], options: dict[str, str], first: str) -> PartPlan: ...
+    @staticmethod
+    def load(data: bytes, name: str, capture: str) -> PartPlan: ...
+    @property
+    def data(self) -> bytes: ...
+    @property
+    def first_report(self) -> str: ...
+    @property
+    def group_count(self) -> int: ...
+    @property
+    def frame_count(self) -> int: ...
+    def frames_of(self, group: int) -> int: ...
+    def files_of(self, group: int) -> list[str]: ...
+    def encode(self, group: int, threads: int, path: str) -> str: ...
+    def check_complete(self, name: str, there: list[bool]) -> None: ...
+    def merge(self, open_part: Callable[[int], tuple[str, str]], path: str) -> tuple[int, list[str]]: ...
+
+def files_of(capture: str) -> list[str]: ...
+def write_segments(stream: str, write_file: Callable[[str, bytes], None]) -> tuple[int, int, int]: ...
+def decimate(
+    mesh: Any,
+    budget: str | None,
+    triangles: int | None,
+    cameras: list[Camera],
+    scale: float,
+    step: float | None,
+    min_piece: int,
+) -> dict[str, Any]: ...
 def check(source: Any, name: str, decode: bool, limits: dict[str, int]) -> dict[str, Any]: ...
+def render(clip: Stream, frame: int, target: Any, options: dict[str, Any]) -> dict[str, Any]: ...
+def compare(
+    a: Any,
+    b: Any,
+    frames: tuple[int, int] | None,
+    start: int | None,
+    samples: int,
+    points_of_samples: bool,
+    peak: float | None,
+    threads: int,
+    progress: Any,
+) -> dict[str, Any]: ...

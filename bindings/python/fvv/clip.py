@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import threading
+import warnings
+import weakref
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any, BinaryIO, Protocol, overload
 
+import numpy
+from numpy.typing import NDArray
+
 from . import _core
 from ._core import Camera, Mesh, Picture, Sound
+from .background import Background
 from .errors import DamagedError, UsageError
-from .frames import ATLAS, ByCamera, Frame, Key, Weights
+from .frames import ATLAS, ByCamera, Frame, Weights
+from .player import INLINE_LIMIT, Player, Server, inline_player, script_of
 from .records import Check, Description, Limits, Problem, Rung, Track
 
 
@@ -22,6 +30,7 @@ class ReadAt(Protocol):
     @property
     def size(self) -> int:
         """Bytes in all."""
+        ...
 
     def read_at(self, offset: int, size: int) -> Any:
         """Exactly size bytes from offset, as bytes or another object with the buffer protocol."""
@@ -29,6 +38,8 @@ class ReadAt(Protocol):
 
 #: A path, bytes or anything with the buffer protocol (mmap too), a binary file object, or a `ReadAt`.
 Readable = Any
+#: Of a clip: all frames.
+EVERY = slice(None)
 
 
 class _FileObject:
@@ -40,7 +51,7 @@ class _FileObject:
 
     def read_at(self, offset: int, size: int) -> bytes:
         self._file.seek(offset)
-        parts = []
+        parts: list[bytes] = []
         while size:
             part = self._file.read(size)
             if not part:
@@ -53,7 +64,7 @@ class _FileObject:
 def _source_of(source: Readable) -> tuple[Any, str]:
     """What the core reads, and what messages call it."""
     if isinstance(source, (str, os.PathLike)):
-        path = os.fspath(source)
+        path: str = os.fspath(source)
         if os.path.exists(path) and not os.path.isfile(path):
             raise UsageError(f"{path}: expected a file", file=path)
         with open(path, "rb"):  # for the usual exceptions
@@ -133,15 +144,35 @@ class ClipFrame(Frame):
         self._located()
         return self._stream.picture(self.index, ATLAS)
 
-    def visibility(self, camera: Key) -> Weights | None:
-        """How much a camera sees around each vertex of `mesh`: uint8 of shape (vertices,), 0 nothing to 255 everything, and
-        127 where the surface is turned away from the camera. None: the stream has no weights of this camera."""
-        identifier = self._description.camera(camera)
-        if identifier is None:
-            raise KeyError(camera)
-        for track in self._description.meshes[:1]:
-            return self._stream.visibility(self.index, track, identifier)
-        return None
+    def _load_visibility(self, mesh_track: int, camera: int) -> Weights | None:
+        return self._stream.visibility(self.index, mesh_track, camera)
+
+    def _draw_mesh(self) -> NDArray[numpy.uint8] | None:
+        from .view import render
+
+        mesh = self.mesh
+        if mesh is None or not mesh.vertex_count:
+            return None
+        low, high = mesh.positions.min(axis=0).astype(float), mesh.positions.max(axis=0).astype(float)
+        size = float(numpy.linalg.norm(high - low)) or 1.0
+        # From above and aside, on whichever axes the world has.
+        up = numpy.zeros(3)
+        axis = "xyz".index(self._description.up[1]) if self._description.up else 1
+        up[axis] = -1 if (self._description.up or "+")[0] == "-" else 1
+        aside = numpy.roll(up, 1) + numpy.roll(up, 2)
+        eye = (low + high) / 2 + size * (0.9 * aside / 2**0.5 + 0.5 * up)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # pictures that are lost
+            return render(
+                self._clip, self, (eye, (low + high) / 2, up), size=(640, 480), background=(250, 250, 248)
+            )
+
+    @property
+    def background(self) -> Background | None:
+        """The static environment around the action, of all background tracks of the rung; None: the stream has none. Meshes are
+        decoded at each use: keep it."""
+        found = self._stream.background(self.index)
+        return None if found is None else Background._of(found)
 
     def __repr__(self) -> str:
         return f"<fvv frame {self.number} of {self._clip.name}>"
@@ -160,16 +191,22 @@ class Clip:
         what, self.name = _source_of(source)
         self._stream = _core.Stream(what, self.name, rung, _given(limits))
         self._lock = threading.Lock()
+        self._server: Server | None = None
         self._descriptions: dict[int, Description] = {}
         self._description: Description | None = None
         self.rung = rung
 
     def close(self) -> None:
-        """Releases the source. May be called again."""
+        """Releases the source, and ends what `show` serves. May be called again."""
         self._stream.close()
+        with self._lock:
+            server, self._server = self._server, None
+        if server is not None:
+            server.close()
 
     @property
     def closed(self) -> bool:
+        """Whether `close` was called."""
         return self._stream.closed
 
     def __enter__(self) -> Clip:
@@ -264,6 +301,76 @@ class Clip:
     def problems(self) -> list[Problem]:
         """The damage that was met so far. `fvv.check` looks for all of it."""
         return [Problem(*found) for found in self._stream.problems()]
+
+    @property
+    def size(self) -> int:
+        """Bytes of the stream. With `read_at` a clip is a `ReadAt` itself."""
+        self._require_open()
+        return self._stream.byte_count
+
+    def read_at(self, offset: int, size: int) -> bytes:
+        """Exactly size bytes of the stream from offset. `UsageError` beyond its end."""
+        if offset < 0 or size < 0:
+            raise UsageError(f"{size} bytes at {offset}: expected 0 or more", file=self.name)
+        return self._stream.read_at(offset, size)
+
+    def chunks(self, group: int | None = None) -> NDArray[numpy.void]:
+        """Where the bytes are: a structured array, (chunks,), of all groups in order of the stream, or of one group.
+
+        Fields: `group` (number in the file), `type` (four characters, as bytes), `track`, `key` (bool: decodes alone), `time`
+        (ticks of `time_base`), `offset` (bytes from the start of the stream to the chunk's header), `size` (bytes of payload,
+        without the header). A group whose table is damaged is left out and becomes one of `problems`; asked for alone it
+        raises `DamagedError`.
+        """
+        if group is not None and group < 0:
+            raise UsageError(f"group {group}: expected 0 or more", file=self.name)
+        return self._stream.chunks(group)
+
+    def show(
+        self,
+        *,
+        width: int | str = "100%",
+        inline: bool | None = None,
+        player: str | os.PathLike[str] | None = None,
+    ) -> Player:
+        """The clip in `<fvv-player>`, for notebooks: what the last line of a cell returns is shown.
+
+        width: pixels, or a length of CSS; the height follows, 16:9. inline: True, the stream is part of the page and plays
+        without Python, `UsageError` above 64 MiB; False, it is served to this computer until `close`, and only browsers on this
+        computer play it; None, inline up to 64 MiB. player: path of a script by js/player/bundle.mjs in place of the package's.
+        """
+        self._require_open()
+        script = script_of(None if player is None else os.fspath(player))
+        side = f"{width}px" if isinstance(width, int) else width
+        if not re.fullmatch(r"\d+(\.\d+)?(px|%|em|rem|vw)", side):
+            raise UsageError(f"width {width!r}: expected pixels, or a length of CSS such as 50%")
+        title = os.path.basename(self.name)
+        if self.size <= INLINE_LIMIT if inline is None else inline:
+            return inline_player(self._stream, title, side, script)
+        with self._lock:
+            if self._server is None:
+                self._server = Server(self._stream, title, script)
+                weakref.finalize(self, self._server.close)
+        return Player(f'src="{self._server.url}"', side, self._server.url)
+
+    def to_xarray(self, frames: slice = EVERY) -> Any:
+        """An `xarray.Dataset` of calibrations over time, and of the meshes where their faces do not change
+        (`fvv.friends.clip_to_xarray`)."""
+        from .friends import clip_to_xarray
+
+        return clip_to_xarray(self, frames)
+
+    def to_dicts(self, frames: slice = EVERY) -> Iterator[dict[str, Any]]:
+        """Each frame as a dict of plain values and arrays (`fvv.friends.clip_to_dicts`)."""
+        from .friends import clip_to_dicts
+
+        return clip_to_dicts(self, frames)
+
+    def to_usd(self, path: str | os.PathLike[str], frames: slice = EVERY, *, force: bool = False) -> None:
+        """Writes meshes and cameras over time as a USD file (`fvv.friends.usd.export`)."""
+        from .friends.usd import export
+
+        export(self, path, frames, force=force)
 
     def __repr__(self) -> str:
         return f"<fvv.Clip {self.name}{': closed' if self.closed else ''}>"

@@ -54,3 +54,7 @@ class UnsupportedError(Error):
 
 class UsageError(Error, ValueError):
     """A call that cannot be served: a wrong argument, or a clip that is closed."""
+
+
+class LossWarning(UserWarning):
+    """The stream is written, but lacks something of its sources, or does not meet an option exactly."""

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Iterator, Mapping
-from typing import Callable, Generic, TypeVar, Union
+from typing import Any, Callable, Generic, TypeVar, Union
 
 import numpy
 import numpy.typing
 
 from ._core import Camera, LiveFrame, Mesh, Picture
+from .errors import Error, UsageError
+from .pictures import on_screen, png, shrunk
 from .records import Description
 
 Value = TypeVar("Value")
 Key = Union[int, str]
 #: In place of a camera's identifier: the picture is an atlas (`FVV_NO_CAMERA`).
 ATLAS = 65535
+#: Visibility weights, (vertices,).
+Weights = numpy.typing.NDArray[numpy.uint8]
 
 
 class ByCamera(Mapping[Key, Value], Generic[Value]):
@@ -31,7 +35,7 @@ class ByCamera(Mapping[Key, Value], Generic[Value]):
 
     def __getitem__(self, key: Key) -> Value:
         identifier = self._description.camera(key)
-        if identifier not in self._identifiers or identifier is None:
+        if identifier is None or identifier not in self._identifiers:
             raise KeyError(key)
         if identifier not in self._known:
             self._known[identifier] = self._load(identifier)
@@ -89,6 +93,9 @@ class Frame(abc.ABC):
     @abc.abstractmethod
     def _load_atlas(self) -> Picture | None: ...
 
+    @abc.abstractmethod
+    def _load_visibility(self, mesh_track: int, camera: int) -> Weights | None: ...
+
     @property
     def time(self) -> float:
         """The time in seconds."""
@@ -130,14 +137,46 @@ class Frame(abc.ABC):
         """The picture that the mesh's texture coordinates address; None: the stream has none."""
         return self._load_atlas()
 
+    def visibility(self, camera: Key) -> Weights | None:
+        """How much a camera sees around each vertex of `mesh`: uint8 of shape (vertices,), 0 nothing to 255 everything, and
+        127 where the surface is turned away from the camera. None: the stream has no weights of this camera. KeyError: the
+        stream has no such camera."""
+        identifier = self._description.camera(camera)
+        if identifier is None:
+            raise KeyError(camera)
+        for track in self._description.meshes[:1]:
+            return self._load_visibility(track, identifier)
+        return None
+
+    def _repr_png_(self) -> bytes | None:
+        """What notebooks show: the picture of the first camera, else the mesh. None: there is neither, or it is damaged."""
+        try:
+            for picture in self.images.values():
+                return png(shrunk(on_screen(picture.whole())))
+            drawn = self._draw_mesh()
+        except Error:
+            return None
+        return None if drawn is None else png(drawn)
+
+    def _draw_mesh(self) -> numpy.typing.NDArray[numpy.uint8] | None:
+        """The mesh as seen from outside of the scene; None where it cannot be drawn."""
+        return None
+
+    def to_trimesh(self) -> Any:
+        """A `trimesh.Scene` of the meshes and cameras (`fvv.friends.frame_to_trimesh`)."""
+        from .friends import frame_to_trimesh
+
+        return frame_to_trimesh(self)
+
 
 class ReceivedFrame(Frame):
-    """A frame from `fvv.Reader`. It has no visibility."""
+    """A frame from `fvv.Reader`."""
 
-    def __init__(self, description: Description, received: LiveFrame) -> None:
+    def __init__(self, description: Description, received: LiveFrame, has_visibility: bool) -> None:
         super().__init__()
         self._known = description
         self._received = received
+        self._has_visibility = has_visibility
 
     @property
     def _description(self) -> Description:
@@ -166,8 +205,10 @@ class ReceivedFrame(Frame):
     def _load_atlas(self) -> Picture | None:
         return self._received.pictures.get(ATLAS)
 
+    def _load_visibility(self, mesh_track: int, camera: int) -> Weights | None:
+        if not self._has_visibility:
+            raise UsageError("the reader decodes no visibility: pass visibility=True")
+        return self._received.visibility(mesh_track, camera)
+
     def __repr__(self) -> str:
         return f"<fvv frame {self.number} at {self.time:.3f} s>"
-
-
-Weights = numpy.typing.NDArray[numpy.uint8]

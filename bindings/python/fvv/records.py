@@ -36,6 +36,7 @@ class Limits:
     max_picture_memory: int | None = None  #: Bytes that decoding all video tracks may take: 4 GiB.
 
     def given(self) -> dict[str, int]:
+        """Those that are not None, by name."""
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
@@ -64,7 +65,7 @@ class Rung:
     bit_rate: int  #: Bits per second, nominal; 0: not stated.
     size: int  #: Pixels of all video frames of one time; 0: not stated.
     scale: float | None  #: Of a side of a camera's picture; None: no tiles.
-    tracks: tuple[int, ...]
+    tracks: tuple[int, ...]  #: Identifiers.
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,7 +74,7 @@ class Problem:
 
     status: str  #: "damaged", "truncated", "invalid", ...
     issue: int | None  #: The number n of FVV-n in spec/issues.md.
-    chunk: str | None
+    chunk: str | None  #: The four characters of the chunk's type, such as "MESH".
     offset: int | None  #: Bytes from the start of the stream.
     text: str  #: The whole line.
 
@@ -86,7 +87,7 @@ class Check:
     """What `fvv.check` found."""
 
     problems: tuple[Problem, ...]  #: The first 1000.
-    problem_count: int
+    problem_count: int  #: All, also those that `problems` leaves out.
     bytes: int
     chunks: int
     groups: int
@@ -105,20 +106,21 @@ class Check:
 class Description:
     """A configuration block: what holds for the groups after it."""
 
-    time_base: Fraction
-    frame_duration: int
-    origin: tuple[float, float, float]
-    step: float
-    up: str | None
-    scale_unknown: bool
+    time_base: Fraction  #: Seconds per tick.
+    frame_duration: int  #: Ticks, nominal.
+    origin: tuple[float, float, float]  #: Metres: the lattice point 0 0 0.
+    step: float  #: Metres between neighbouring lattice points.
+    up: str | None  #: The axis of the world that points up, such as "+y"; None: not stated.
+    scale_unknown: bool  #: Lengths are in a unit that is not known, rather than metres.
     tracks: tuple[Track, ...]
-    rungs: tuple[Rung, ...]
-    cameras: tuple[tuple[int, str], ...]  # identifier and name
-    meshes: tuple[int, ...]  # mesh tracks of the rung that is read
-    metadata: tuple[str, ...]
+    rungs: tuple[Rung, ...]  #: The qualities to choose from, best first.
+    cameras: tuple[tuple[int, str], ...]  #: Identifiers and names.
+    meshes: tuple[int, ...]  #: Mesh tracks of the rung that is read.
+    metadata: tuple[str, ...]  #: JSON texts, as they were sent.
 
     @classmethod
     def of(cls, raw: dict[str, Any]) -> Description:
+        """From what the core returns of a configuration."""
         tracks = [
             Track(i, TRACK_KINDS.get(kind, str(kind)), name, group, rank, rate, size, Fraction(*base), chosen)
             for i, kind, name, group, rank, rate, size, base, chosen in raw["tracks"]

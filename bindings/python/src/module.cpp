@@ -1,8 +1,13 @@
 // The extension module fvv._core. What users see is in ../fvv.
-#include "live.h"
+#include "compare.h"
+#include "decimate.h"
+#include "live/reader.h"
+#include "parts.h"
+#include "render.h"
 #include "source.h"
 #include "stream.h"
 #include "values.h"
+#include "write.h"
 
 #include <algorithm>
 #include <memory>
@@ -79,6 +84,11 @@ PYBIND11_MODULE(_core, module) {
   register_values(module);
   register_stream(module);
   register_live(module);
+  register_render(module);
+  register_compare(module);
+  register_write(module);
+  register_parts(module);
+  register_decimate(module);
   module.attr("library_version") = fvv_version();
   module.def("check", &check, py::arg("source"), py::arg("name"), py::arg("decode"), py::arg("limits"));
 }

@@ -1,7 +1,8 @@
 #include "source.h"
 
-#include "fvv_cxx/error.h"
+#include "fvv_cxx/stream_error.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace fvv::python {
@@ -65,6 +66,9 @@ void raise(const Failure &failure) {
 Failure::Failure(const fvv_diagnostic &the_diagnostic, std::string the_file)
     : diagnostic(the_diagnostic), file(std::move(the_file)), line(line_of(diagnostic, file)) {}
 
+Failure::Failure(const fvv_diagnostic &the_diagnostic, std::string the_file, std::string the_line)
+    : diagnostic(the_diagnostic), file(std::move(the_file)), line(std::move(the_line)) {}
+
 Failure::Failure(fvv_status status, const std::string &message, const std::string &the_file)
     : diagnostic(diagnostic_of(status, message)), file(the_file),
       line(the_file.empty() ? message : the_file + ": " + message) {}
@@ -81,10 +85,19 @@ void register_failures() {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const Failure &failure) {
       raise(failure);
+    } catch (const StreamError &error) {
+      raise(Failure(error.diagnostic, "", error.what()));
     } catch (const Error &error) {
       raise(Failure(error.kind == Error::usage ? FVV_ERROR_ARGUMENT : FVV_ERROR_DAMAGED, error.what()));
     }
   });
+}
+
+std::string argument_of(std::string line) {
+  if (line.rfind("--", 0)) return line;
+  line.erase(0, 2);
+  std::replace(line.begin(), line.begin() + std::ptrdiff_t(std::min(line.find(':'), line.size())), '-', '_');
+  return line;
 }
 
 py::object chunk_name(uint32_t type) {

@@ -18,6 +18,8 @@ namespace py = pybind11;
 class Failure : public std::exception {
 public:
   Failure(const fvv_diagnostic &the_diagnostic, std::string the_file);
+  // With another line than the diagnostic's own.
+  Failure(const fvv_diagnostic &the_diagnostic, std::string the_file, std::string the_line);
   // Without an issue number and a place.
   Failure(fvv_status status, const std::string &message, const std::string &file = "");
   const char *what() const noexcept override { return line.c_str(); }
@@ -31,6 +33,9 @@ void require(fvv_status status, const fvv_diagnostic &diagnostic, const std::str
 
 // Makes Failure and fvv::Error exceptions of fvv/errors.py.
 void register_failures();
+
+// Libraries name options of the command line: "--visible-by: ..." is about the argument visible_by.
+std::string argument_of(std::string line);
 
 // "MESH"; None for 0.
 py::object chunk_name(uint32_t type);

@@ -1,5 +1,6 @@
 #include "stream.h"
 
+#include "background.h"
 #include "fvv_cxx/rung.h"
 #include "fvv_demux/selection.h"
 
@@ -145,8 +146,10 @@ py::dict describe(const fvv_configuration &configuration, size_t rung) {
 }
 
 py::tuple describe(const fvv_diagnostic &diagnostic, const std::string &file) {
-  const Failure failure(diagnostic, file);
   const bool placed = diagnostic.issue || diagnostic.chunk_type;
+  // Without a place the line has none either.
+  const Failure failure =
+      placed ? Failure(diagnostic, file) : Failure(diagnostic.status, diagnostic.message, file);
   return py::make_tuple(fvv_status_text(diagnostic.status),
                         diagnostic.issue ? py::object(py::int_(diagnostic.issue)) : py::none(),
                         chunk_name(diagnostic.chunk_type),
@@ -154,20 +157,36 @@ py::tuple describe(const fvv_diagnostic &diagnostic, const std::string &file) {
                         text_of(failure.line.data(), failure.line.size()));
 }
 
+// A chunk as numpy shows it; the names of the fields are those of the columns.
+struct ChunkRow {
+  uint32_t group;
+  char type[4];
+  uint16_t track;
+  bool key;
+  int64_t time;
+  uint64_t offset, size;
+};
+
 // ---- the clip ------------------------------------------------------------------------------------------
+
+namespace {
+
+// The thread that has the lock.
+struct Owned {
+  explicit Owned(std::atomic<std::thread::id> &the_owner) : owner(the_owner) {
+    owner = std::this_thread::get_id();
+  }
+  ~Owned() { owner = std::thread::id(); }
+  std::atomic<std::thread::id> &owner;
+};
+
+} // namespace
 
 // Calls work() without the GIL, under the lock. The GIL is never waited for with the lock unless the thread
 // that has the GIL does not wait for the lock: all of them release it first.
 template <class Work> auto Stream::run(const Work &work) {
   if (owner.load() == std::this_thread::get_id())
     throw Failure(FVV_ERROR_STATE, "a clip cannot be used from its own read_at", source.name());
-  struct Owned {
-    explicit Owned(std::atomic<std::thread::id> &the_owner) : owner(the_owner) {
-      owner = std::this_thread::get_id();
-    }
-    ~Owned() { owner = std::thread::id(); }
-    std::atomic<std::thread::id> &owner;
-  };
   const auto locked = [&] {
     const py::gil_scoped_release release;
     const std::lock_guard<std::mutex> guard(lock);
@@ -176,13 +195,7 @@ template <class Work> auto Stream::run(const Work &work) {
     try {
       return work();
     } catch (const Failure &failure) {
-      const fvv_diagnostic &d = failure.diagnostic;
-      const auto same = [&](const fvv_diagnostic &other) {
-        return other.offset == d.offset && !std::strcmp(other.message, d.message);
-      };
-      if (d.status <= FVV_ERROR_DAMAGED && d.status > FVV_ERROR_BUG && met.size() < 1000 &&
-          std::none_of(met.begin(), met.end(), same))
-        met.push_back(d);
+      meet(failure.diagnostic);
       throw;
     }
   };
@@ -198,10 +211,20 @@ template <class Work> auto Stream::run(const Work &work) {
   }
 }
 
+void Stream::meet(const fvv_diagnostic &d) {
+  const auto same = [&](const fvv_diagnostic &other) {
+    return other.offset == d.offset && !std::strcmp(other.message, d.message);
+  };
+  if (d.status <= FVV_ERROR_DAMAGED && d.status > FVV_ERROR_BUG && met.size() < 1000 &&
+      std::none_of(met.begin(), met.end(), same))
+    met.push_back(d);
+}
+
 Stream::Stream(const py::object &object, const std::string &name, size_t the_rung, const py::dict &given)
     : limits(given), rung(the_rung), source(object, name), survey(source.file(), &limits.core) {
   run([&] {
     const fvv_input input = source.file().input();
+    byte_count = input.size;
     fvv_stream *opened = nullptr;
     fvv_diagnostic diagnostic = {};
     call(fvv_stream_open(&input, &limits.core, nullptr, &opened, &diagnostic), diagnostic);
@@ -475,6 +498,23 @@ std::shared_ptr<Picture> Stream::picture(size_t i, uint16_t camera) {
   });
 }
 
+py::object Stream::background(size_t i) {
+  Background found;
+  const bool any = run([&] {
+    const size_t group = locate(i).group;
+    const fvv_configuration &configuration = configuration_of(group);
+    bool some = false;
+    for (size_t k = 0; k < configuration.track_count; k++) {
+      const fvv_track &track = configuration.tracks[k];
+      if (track.kind == FVV_TRACK_BACKGROUND && in_rung(configuration, track.id, rung))
+        some |= add_background(stream.get(), group, track.id, limits, source.name(), found);
+    }
+    return some;
+  });
+  if (!any) return py::none();
+  return described(std::move(found));
+}
+
 std::vector<std::shared_ptr<Sound>> Stream::sounds() {
   return run([&] {
     std::vector<std::shared_ptr<Sound>> out;
@@ -503,7 +543,7 @@ std::vector<std::shared_ptr<Sound>> Stream::sounds() {
                                                                          packets.format.packet_duration
                                                    : int64_t(std::llround(begin));
         const int64_t from = std::clamp(heard, packets.start, packets.end());
-        out.push_back(std::make_shared<Sound>(Sound{std::move(sound), from}));
+        out.push_back(std::make_shared<Sound>(Sound{std::move(sound), from, base}));
       }
     }
     return out;
@@ -545,7 +585,94 @@ py::list Stream::problems() {
   return out;
 }
 
+py::array Stream::chunks(std::optional<size_t> wanted) {
+  const std::vector<ChunkRow> rows = run([&] {
+    std::vector<ChunkRow> out;
+    // A handle of its own: that of the stream is not to be used beside it.
+    const fvv_input input = source.file().input();
+    fvv_file *opened = nullptr;
+    fvv_diagnostic diagnostic = {};
+    call(fvv_file_open(&input, &limits.core, nullptr, &opened, &diagnostic), diagnostic);
+    const std::unique_ptr<fvv_file, void (*)(fvv_file *)> file(opened, fvv_file_close);
+    const size_t count = fvv_file_group_count(opened);
+    if (wanted && *wanted >= count)
+      throw Failure(FVV_ERROR_ARGUMENT, "group " + std::to_string(*wanted) + " of " + std::to_string(count),
+                    source.name());
+    for (size_t group = wanted.value_or(0); group < (wanted ? *wanted + 1 : count); group++) {
+      const fvv_chunk_info *chunks = nullptr;
+      size_t chunk_count = 0;
+      diagnostic = {};
+      const fvv_status status = fvv_file_group_chunks(opened, group, &chunks, &chunk_count, &diagnostic);
+      if (!wanted && status <= FVV_ERROR_DAMAGED && status > FVV_ERROR_BUG) {
+        meet(diagnostic);
+        continue;
+      }
+      call(status, diagnostic);
+      for (size_t i = 0; i < chunk_count; i++) {
+        const fvv_chunk_info &chunk = chunks[i];
+        ChunkRow row = {};
+        row.group = uint32_t(group);
+        for (int k = 0; k < 4; k++) row.type[k] = char(chunk.type >> 8 * k & 0xff);
+        row.track = chunk.track;
+        row.key = (chunk.flags & FVV_FLAG_KEY) != 0;
+        row.time = chunk.time;
+        row.offset = chunk.offset;
+        row.size = chunk.size;
+        out.push_back(row);
+      }
+    }
+    for (size_t k = 0; k < fvv_file_damage_count(opened); k++) meet(*fvv_file_damage(opened, k));
+    return out;
+  });
+  return py::array_t<ChunkRow>(py::ssize_t(rows.size()), rows.data());
+}
+
+py::bytes Stream::read_at(uint64_t offset, size_t size) {
+  std::string out;
+  run([&] {
+    if (offset > byte_count || size > byte_count - offset)
+      throw Failure(FVV_ERROR_ARGUMENT,
+                    std::to_string(size) + " bytes at " + std::to_string(offset) + " of " +
+                        std::to_string(byte_count),
+                    source.name());
+    out.resize(size);
+    const fvv_input input = source.file().input();
+    if (size) call(input.read_at(input.user, offset, out.data(), size), {});
+    return true;
+  });
+  return py::bytes(out);
+}
+
+// Called without the GIL, as run() locks.
+fvv_status Stream::read_in_turn(void *user, uint64_t offset, void *out, size_t size) {
+  auto &self = *static_cast<Stream *>(user);
+  const std::lock_guard<std::mutex> guard(self.lock);
+  const Owned owned(self.owner);
+  if (self.is_closed) return FVV_ERROR_IO;
+  const fvv_input input = self.source.file().input();
+  return input.read_at(input.user, offset, out, size);
+}
+
+fvv_input Stream::reading() {
+  const uint64_t size = run([&] { return source.file().size(); });
+  return {read_in_turn, this, size};
+}
+
+void Stream::check_reading() {
+  source.rethrow();
+  if (is_closed) throw Failure(FVV_ERROR_STATE, "the clip is closed", source.name());
+}
+
+void Stream::check_pictures(size_t i) {
+  run([&] {
+    const fvv_configuration &configuration = configuration_of(place_of(i).plan.group);
+    check_video(demux::views_of(configuration, rung, demux::Selection(), nullptr), limits, source.name());
+    return true;
+  });
+}
+
 void register_stream(py::module_ &module) {
+  PYBIND11_NUMPY_DTYPE(ChunkRow, group, type, track, key, time, offset, size);
   py::class_<Stream>(module, "Stream")
       .def(py::init<const py::object &, const std::string &, size_t, const py::dict &>(), py::arg("source"),
            py::arg("name"), py::arg("rung"), py::arg("limits"))
@@ -563,8 +690,12 @@ void register_stream(py::module_ &module) {
       .def("visibility", &Stream::visibility, py::arg("frame"), py::arg("mesh_track"), py::arg("camera"))
       .def("picture_cameras", &Stream::picture_cameras, py::arg("frame"))
       .def("picture", &Stream::picture, py::arg("frame"), py::arg("camera"))
+      .def("background", &Stream::background, py::arg("frame"))
       .def("sounds", &Stream::sounds)
-      .def("problems", &Stream::problems);
+      .def("problems", &Stream::problems)
+      .def("chunks", &Stream::chunks, py::arg("group") = py::none())
+      .def_property_readonly("byte_count", &Stream::bytes_in_all)
+      .def("read_at", &Stream::read_at, py::arg("offset"), py::arg("size"));
 }
 
 } // namespace fvv::python

@@ -67,8 +67,25 @@ public:
   py::object visibility(size_t i, uint16_t mesh_track, uint16_t camera);
   std::vector<uint16_t> picture_cameras(size_t i);
   std::shared_ptr<Picture> picture(size_t i, uint16_t camera);
+  py::object background(size_t i); // None: there is none in the frame's group
   std::vector<std::shared_ptr<Sound>> sounds();
   py::list problems();
+  // Of a group, or of all whose tables can be read: a structured array, see ChunkRow.
+  py::array chunks(std::optional<size_t> group);
+  uint64_t bytes_in_all() const { return byte_count; }
+  py::bytes read_at(uint64_t offset, size_t size);
+
+  // The bytes of the clip for another reader in C++: reads take turns with this object's, and fail when the
+  // clip is closed. Valid as long as this object.
+  fvv_input reading();
+  // With the GIL, after such a reader: raises what made its reads fail.
+  void check_reading();
+  // Throws Failure when the pictures of a frame are beyond the limits.
+  void check_pictures(size_t i);
+  const fvv_limits &core_limits() const { return limits.core; }
+  uint64_t max_picture_memory() const { return limits.max_picture_memory; }
+  size_t chosen_rung() const { return rung; }
+  const std::string &name() const { return source.name(); }
 
 private:
   struct Place {
@@ -79,7 +96,9 @@ private:
     size_t frame, first, group; // of fvv_stream; first: of the group
     int64_t ticks, number;
   };
+  static fvv_status read_in_turn(void *user, uint64_t offset, void *out, size_t size);
   template <class Work> auto run(const Work &work);
+  void meet(const fvv_diagnostic &damage); // it becomes one of the problems
   const Place &place_of(size_t i) const;
   Located locate(size_t i);
   const fvv_configuration &configuration_of(size_t group);
@@ -95,6 +114,7 @@ private:
   demux::Stream stream;
   demux::Plan plan;
   std::vector<Place> places;
+  uint64_t byte_count = 0;
   std::map<uint16_t, TrackVideo> videos; // by track, of the configuration at video_configuration
   uint64_t video_configuration = 0;
   std::vector<fvv_diagnostic> met; // damage that reading ran into

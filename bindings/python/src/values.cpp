@@ -1,5 +1,6 @@
 #include "values.h"
 
+#include "arrays.h"
 #include "fvv_demux/views.h"
 #include "source.h"
 
@@ -30,13 +31,6 @@ template <class T> py::array copied(const T *data, const Shape &shape) {
   py::array_t<T> out(shape, data);
   freeze(out);
   return out;
-}
-
-// The array takes the vector's memory.
-template <class T> py::array owning(std::vector<T> &&values, const Shape &shape) {
-  auto *kept = new std::vector<T>(std::move(values));
-  const py::capsule owner(kept, [](void *p) { delete static_cast<std::vector<T> *>(p); });
-  return py::array_t<T>(shape, kept->data(), owner);
 }
 
 // ---- meshes --------------------------------------------------------------------------------------------
@@ -201,6 +195,61 @@ py::tuple ray(const Camera &camera, const Doubles &pixels) {
   return py::make_tuple(origin, directions);
 }
 
+uint8_t lens_of(const std::string &name) {
+  if (name == "none") return FVV_LENS_NONE;
+  if (name == "radtan") return FVV_LENS_RADTAN;
+  if (name == "fisheye") return FVV_LENS_FISHEYE;
+  throw Failure(FVV_ERROR_ARGUMENT, "camera: lens: expected none, radtan or fisheye, found " + name);
+}
+
+void take(const Doubles &array, const Shape &shape, const char *name, double *out) {
+  if (size_t(array.ndim()) != shape.size() || !std::equal(shape.begin(), shape.end(), array.shape()))
+    throw Failure(FVV_ERROR_ARGUMENT, std::string("camera: ") + name + ": expected " +
+                                          (shape.size() == 2 ? "a 3 x 3 matrix" : "3 numbers") +
+                                          ", found another shape");
+  std::copy(array.data(), array.data() + array.size(), out);
+}
+
+std::shared_ptr<Camera> make_camera(int64_t id, const Doubles &k, const Doubles &r, const Doubles &t,
+                                    const std::array<int64_t, 2> &size, const Doubles &distortion,
+                                    const std::string &lens, const std::string &name,
+                                    const std::optional<double> &r_max) {
+  fvv_camera camera = {};
+  if (id < 0 || id >= FVV_NO_CAMERA)
+    throw Failure(FVV_ERROR_ARGUMENT, "camera: id: expected 0 to 65534, found " + std::to_string(id));
+  camera.id = uint16_t(id);
+  for (const int64_t side : size)
+    if (side < 1 || side > media::max_dimension)
+      throw Failure(FVV_ERROR_ARGUMENT,
+                    "camera " + std::to_string(id) + ": size: expected a width and a height from 1 to " +
+                        std::to_string(media::max_dimension) + ", found " + std::to_string(side));
+  camera.width = uint32_t(size[0]);
+  camera.height = uint32_t(size[1]);
+  double matrix[9];
+  take(k, {3, 3}, "K", matrix);
+  take(r, {3, 3}, "R", camera.rotation);
+  take(t, {3}, "t", camera.translation);
+  if (matrix[3] != 0 || matrix[6] != 0 || matrix[7] != 0 || matrix[8] != 1)
+    throw Failure(FVV_ERROR_ARGUMENT, "camera: K: expected fx skew cx, 0 fy cy, 0 0 1");
+  camera.fx = matrix[0];
+  camera.skew = matrix[1];
+  camera.cx = matrix[2];
+  camera.fy = matrix[4];
+  camera.cy = matrix[5];
+  camera.lens = lens_of(lens);
+  if (distortion.ndim() != 1 || distortion.size() > 8)
+    throw Failure(FVV_ERROR_ARGUMENT, "camera: distortion: expected at most 8 numbers, found " +
+                                          std::to_string(distortion.size()));
+  std::copy(distortion.data(), distortion.data() + distortion.size(), camera.distortion);
+  camera.name = name.data();
+  camera.name_size = name.size();
+  camera.r_max = r_max ? *r_max : fvv_camera_r_max(&camera);
+  fvv_diagnostic diagnostic = {};
+  if (fvv_camera_validate(&camera, &diagnostic) < 0)
+    throw Failure(FVV_ERROR_ARGUMENT, "camera " + std::to_string(id) + ": " + diagnostic.message);
+  return std::make_shared<Camera>(camera);
+}
+
 void register_camera(py::module_ &module) {
   const auto lens = [](const Camera &camera) {
     return camera.calibration.lens == FVV_LENS_NONE     ? "none"
@@ -210,6 +259,9 @@ void register_camera(py::module_ &module) {
   py::class_<Camera, std::shared_ptr<Camera>>(
       module, "Camera",
       "A calibrated camera: x_camera = R x_world + t, x right, y down, z forward, pixel centres at .5.")
+      .def(py::init(&make_camera), py::arg("id"), py::arg("K"), py::arg("R"), py::arg("t"), py::arg("size"),
+           py::arg("distortion") = py::array_t<double>(0), py::arg("lens") = "none", py::arg("name") = "",
+           py::arg("r_max") = py::none())
       .def_property_readonly("id", [](const Camera &c) { return c.calibration.id; })
       .def_property_readonly("name", [](const Camera &c) { return py::str(c.name); })
       .def_property_readonly("width", [](const Camera &c) { return c.calibration.width; })
@@ -385,6 +437,24 @@ void register_sound(py::module_ &module) {
                                if (!s.sound.position) return py::none();
                                return copied(s.sound.position->data(), {3});
                              })
+      .def_property_readonly("moves", [](const Sound &s) { return !s.sound.places.empty(); })
+      .def(
+          "position_at",
+          [](const Sound &s, double seconds) -> py::object {
+            if (!std::isfinite(seconds))
+              throw Failure(FVV_ERROR_ARGUMENT, "seconds: expected a finite number");
+            if (!s.sound.position && s.sound.places.empty()) return py::none();
+            // Between ticks as between places: in a straight line.
+            const double ticks =
+                std::clamp(seconds * s.time_base.denominator / s.time_base.numerator, -9e15, 9e15);
+            const double tick = std::floor(ticks);
+            const scene::Place before = s.sound.position_at(int64_t(tick)),
+                               after = s.sound.position_at(int64_t(tick) + 1);
+            double place[3];
+            for (size_t k = 0; k < 3; k++) place[k] = before[k] + (ticks - tick) * (after[k] - before[k]);
+            return copied(place, {3});
+          },
+          py::arg("seconds"))
       .def("samples", samples_of)
       .def("__repr__", [](const Sound &s) {
         const auto &format = s.sound.packets.format;

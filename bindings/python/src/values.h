@@ -47,7 +47,8 @@ struct Picture {
 
 struct Sound {
   demux::UnpackedSound sound;
-  int64_t first = 0; // sample from which on the sound is heard
+  int64_t first = 0;      // sample from which on the sound is heard
+  fvv_rational time_base; // seconds per tick of its places
 };
 
 void register_values(py::module_ &module);

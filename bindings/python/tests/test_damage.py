@@ -200,12 +200,24 @@ def seen(events):
             out.append((frame.number, frame.ticks, [(t, m.lattice.tobytes(), m.indices.tobytes(), m.normals.tobytes(),
                         None if m.colours is None else m.colours.tobytes()) for t, m in frame.meshes.items()],
                         [(i, p.pixels.tobytes(), p.source) for i, p in frame.images.items()],
-                        [(c.id, c.K.tobytes(), c.R.tobytes(), c.t.tobytes()) for c in frame.cameras.values()]))  # fmt: skip
+                        [(c.id, c.K.tobytes(), c.R.tobytes(), c.t.tobytes()) for c in frame.cameras.values()],
+                        weights_of(frame)))  # fmt: skip
+        elif isinstance(event, fvv.SoundEvent):
+            out.append((event.track, event.start, event.samples.tobytes(), event.position))
         elif isinstance(event, fvv.Damage):
             out.append((str(event.problem), event.skipped))
         else:
             out.append(type(event).__name__)
     return out
+
+
+def weights_of(frame):
+    """The visibility of all cameras, where the reader decodes it."""
+    try:
+        found = [(camera, frame.visibility(camera)) for camera in frame.cameras]
+    except fvv.UsageError:
+        return None
+    return [(camera, None if weights is None else weights.tobytes()) for camera, weights in found]
 
 
 def frames_of(events):
@@ -253,6 +265,110 @@ def test_a_reader_decodes_pictures(players):
             assert len(frames) == len(clip)
             for one, other in zip(frames, clip):
                 equal(one, other)
+
+
+@pytest.mark.parametrize("name", sorted(n for n in CONTENTS if n != "tiny/empty"))
+def test_a_reader_gives_the_visibility_of_a_clip(name):
+    same_visibility(CONTENTS[name])
+
+
+def test_a_reader_gives_the_visibility_of_players(players):
+    assert same_visibility(players.read_bytes()) == 36
+
+
+def same_visibility(content):
+    frames, count = frames_of(fed(content, [777] * 20, pictures=False, visibility=True)), 0
+    with fvv.open(content) as clip:
+        for one, other in zip(frames, clip):
+            for camera in other.cameras:
+                weights, expected = one.visibility(camera), other.visibility(camera)
+                assert (weights is None) == (expected is None)
+                if weights is not None:
+                    assert (weights == expected).all() and weights.dtype == numpy.uint8
+                    assert not weights.flags.writeable
+                    count += 1
+            with pytest.raises(KeyError):
+                one.visibility("no camera")
+    return count
+
+
+def test_visibility_is_decoded_on_demand():
+    (frame, *_) = frames_of(fed(CONTENTS["visibility/sheet"], []))
+    with pytest.raises(fvv.UsageError, match="visibility=True"):
+        frame.visibility(next(iter(frame.cameras)))
+
+
+def sounds_of(events):
+    """By track: (start, rate, samples of all events), where they follow each other."""
+    out = {}
+    for event in events:
+        if isinstance(event, fvv.SoundEvent):
+            pieces = out.setdefault(event.track, [])
+            if pieces:
+                last = pieces[-1]
+                assert event.start == pytest.approx(last.start + len(last.samples) / last.rate)
+            pieces.append(event)
+    return {
+        track: (p[0].start, p[0].rate, numpy.concatenate([e.samples for e in p])) for track, p in out.items()
+    }
+
+
+@pytest.mark.parametrize("sizes", [[], [500] * 300])
+def test_a_reader_gives_the_sound_of_a_clip(players, sizes):
+    for content in (SOUNDS, players.read_bytes()):
+        events = fed(content, sizes, pictures=False, sound=True)
+        found = sounds_of(events)
+        with fvv.open(content) as clip:
+            assert found.keys() == {sound.track for sound in clip.audio} != set()
+            for sound in clip.audio:
+                start, rate, samples = found[sound.track]
+                assert (start, rate) == (sound.start, sound.rate) and samples.dtype == numpy.float32
+                assert samples.tobytes() == sound.samples().tobytes()
+                places = [
+                    e.position for e in events if isinstance(e, fvv.SoundEvent) and e.track == sound.track
+                ]
+                assert all((place is None) == (sound.position_at(0) is None) for place in places)
+        assert not any(isinstance(e, fvv.SoundEvent) for e in fed(content, sizes, pictures=False))
+
+
+def test_sound_that_moves(players):
+    with fvv.open(players) as clip:
+        claps, ball = clip.audio
+        assert claps.position is None is claps.position_at(0.1) and not claps.moves
+        assert ball.moves and ball.position is None
+        events = [
+            e
+            for e in fed(players.read_bytes(), [], pictures=False, sound=True)
+            if isinstance(e, fvv.SoundEvent)
+        ]
+        places = [e.position for e in events if e.track == ball.track]
+        assert len(places) == len(clip) and len(set(places)) > 5
+        for frame, place in zip(clip, places):
+            assert ball.position_at(frame.time) == pytest.approx(place)
+        assert ball.position_at(0.06) == pytest.approx((numpy.array(places[1]) + places[2]) / 2)
+        assert ball.position_at(-5) == pytest.approx(places[0]) and ball.position_at(1e300) == pytest.approx(
+            places[-1]
+        )
+        with pytest.raises(fvv.UsageError):
+            ball.position_at(float("nan"))
+    with fvv.open(SOUNDS) as clip:
+        still = [sound for sound in clip.audio if sound.position is not None]
+        assert all((sound.position_at(3) == sound.position).all() for sound in still)
+
+
+def test_sound_of_a_stream_that_is_joined_late(players):
+    content = players.read_bytes()
+    groups = [i for i in range(0, len(content), 8) if content[i : i + 4] == b"GRUP"]
+    joined = content[: groups[0]] + content[groups[1] :]
+    found = sounds_of(fed(joined, [], pictures=False, sound=True, join=True))
+    whole_ones = sounds_of(fed(content, [], pictures=False, sound=True))
+    for track, (start, rate, samples) in found.items():
+        assert start == 0.2
+        # The decoder forgets what came before the pre-roll.
+        assert (
+            numpy.abs(samples[rate // 50 :] - whole_ones[track][2][-len(samples) :][rate // 50 :]).max()
+            < 1e-3
+        )
 
 
 def test_frames_come_as_soon_as_they_are_whole():
@@ -326,7 +442,8 @@ def test_at(players, index, after):
     strategies.sampled_from(sorted(CONTENTS)), strategies.lists(strategies.integers(0, 4000), max_size=8)
 )
 def test_any_split_gives_the_same_events(name, sizes):
-    assert seen(fed(CONTENTS[name], sizes, pictures=False)) == seen(fed(CONTENTS[name], [], pictures=False))
+    wanted = {"pictures": False, "visibility": True, "sound": True}
+    assert seen(fed(CONTENTS[name], sizes, **wanted)) == seen(fed(CONTENTS[name], [], **wanted))
 
 
 @strategies.composite
@@ -414,13 +531,15 @@ def test_a_reader_never_takes_damage_for_good(case, sizes):
     name, content = case
     expected = whole(name)
     try:
-        frames = frames_of(fed(content, sizes, pictures=False))
+        frames = frames_of(fed(content, sizes, pictures=False, visibility=True, sound=True))
     except fvv.Error as error:
         assert not isinstance(error, fvv.UsageError)
         return
     for frame in frames:
         found = [(t, m.lattice.tobytes(), m.indices.tobytes()) for t, m in frame.meshes.items()]
         assert found == expected[frame.ticks]["mesh"]
+        weights = expected[frame.ticks]["visibility"]
+        assert weights is None or weights_of(frame) == weights
 
 
 @hypothesis.given(strategies.binary(max_size=300))

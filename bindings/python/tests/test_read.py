@@ -449,6 +449,12 @@ def test_types():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_types_by_pyright():
+    program = [sys.executable, "-m", "pyright", "--pythonpath", sys.executable]
+    done = subprocess.run(program, capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_the_stub_names_what_the_module_has():
     import ast
 

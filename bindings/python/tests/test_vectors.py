@@ -1,6 +1,7 @@
 """What the package reads is what the readers of conformance/reference find, bit for bit."""
 
 import struct
+import zlib
 
 import fvv
 import numpy
@@ -165,3 +166,43 @@ def test_every_vector_is_whole(path):
         with fvv.open(path) as clip:
             assert len(clip) == found.frames and clip.problems == []
             assert all(frame.intact for frame in clip)
+
+
+def listed_background(background):
+    """The lines of conformance/reference/background.py but for the first two."""
+    for part in background.parts:
+        flags = part.unlit + 2 * part.double_sided + 4 * part.clamped
+        colour = [round(65535 * c) for c in part.colour]
+        yield f"part picture {'none' if part.picture is None else part.picture} colour {colour} flags {flags}"
+        mesh = part.mesh
+        for i, p in enumerate((mesh.origin + mesh.step * mesh.lattice).tolist()):
+            place = "" if part.uvs is None else f" shows {part.uvs[i, 0]} {part.uvs[i, 1]}"
+            yield f"vertex {p[0]} {p[1]} {p[2]}{place}"
+        yield from (f"face {a} {b} {c}" for a, b, c in mesh.indices)
+    for light in background.lights:
+        yield (
+            f"light {light.kind} shadows {light.casts_shadows:d} position {list(light.position)} direction "
+            f"{list(light.direction)} colour {list(light.colour)} intensity {light.intensity} range {light.range} "
+            f"cone {light.inner_cone} {light.outer_cone}"
+        )
+
+
+def test_background():
+    expected = listed("background/stage", ".txt")
+    pictures = [line for line in expected if line.startswith("picture")]
+    with fvv.open(CONFORMANCE / "background/stage.fvv") as clip:
+        # It is sent in the first group and holds for the second one.
+        backgrounds = [frame.background for frame in clip]
+        unread = clip[0]
+    for background in backgrounds:
+        assert list(listed_background(background)) == [line for line in expected[2:] if line not in pictures]
+        for line, file in zip(pictures, background.pictures):
+            assert f"of {len(file)} bytes, CRC-32 {zlib.crc32(file):08x}" in line
+        assert len(background.pictures) == len(pictures) == 2
+    with pytest.raises(fvv.UsageError, match="closed"):
+        unread.background  # noqa: B018
+    with fvv.open(CONFORMANCE / "delta/field.fvv") as clip:
+        assert clip[0].background is None
+    few = fvv.Limits(max_vertices=3)
+    with fvv.open(CONFORMANCE / "background/stage.fvv", limits=few) as clip, pytest.raises(fvv.LimitError):
+        clip[0].background  # noqa: B018

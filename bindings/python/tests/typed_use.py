@@ -19,6 +19,15 @@ def largest(path: str) -> float:
         return max(heights)
 
 
+def draw(path: str) -> float:
+    with fvv.open(path) as clip:
+        picture: NDArray[numpy.uint8] = fvv.render(clip, clip[0], ((2, 1, 3), (0, 1, 0)), size=(64, 48))
+        layers: fvv.Rendering = fvv.render(clip, 0, "cam0", layers=True)
+        apart: fvv.Comparison = fvv.compare(clip, [frame.mesh for frame in clip if frame.mesh is not None])
+        clip.to_usd("out.usdc", slice(0, 5), force=True)
+        return float(picture.mean() + layers.depth.min()) + apart.d1.symmetric.psnr
+
+
 def follow(reader: fvv.Reader, data: bytes) -> int:
     frames = 0
     for event in reader.feed(data):
@@ -27,3 +36,13 @@ def follow(reader: fvv.Reader, data: bytes) -> int:
         elif isinstance(event, fvv.Damage):
             print(event.problem.offset)
     return frames
+
+
+def write(path: str, source: str) -> int:
+    with fvv.open(source) as clip, fvv.Writer(path, rate=clip.rate, budget="1mm", codec="jpeg") as writer:
+        for frame in clip:
+            writer.add(frame.mesh, time=frame.time)
+    summary = writer.summary or fvv.mux("capture", path, force=True, threads=1)
+    camera = fvv.Camera(0, numpy.eye(3), numpy.eye(3), [0, 0, 0], (64, 48))
+    coarse: fvv.Decimated = fvv.decimate((numpy.zeros((3, 3)), [[0, 1, 2]]), 0.5, cameras=[camera])
+    return int(summary["bytes"]) + len(coarse.indices)

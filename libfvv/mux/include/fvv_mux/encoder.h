@@ -66,6 +66,9 @@ public:
   Encoder(const Encoder &) = delete;
   Encoder &operator=(const Encoder &) = delete;
 
+  // Throws Error (usage) that names the next frame if add() would refuse what it holds.
+  void check_next(const Frame &frame) const;
+
   // The next frame. When it completes a group (Options::group frames, default: one second), encodes and
   // writes the group with Options::threads threads before it returns. Throws Error that names the frame, and
   // whatever sink throws; the stream has to be given up then.

@@ -68,7 +68,8 @@ struct WindingChoice {
 
 struct VisibilityChoice {
   bool on = false;
-  bool open = false; // whether it pays is decided by the first group
+  bool open = false;  // whether it pays is decided by the first group
+  bool known = false; // found for colours in any case: those of the first group are made before the decision
   uint8_t threshold = FVV_VISIBILITY_THRESHOLD;
   double cosine = 0.25;        // the places for which players use a camera
   std::vector<size_t> cameras; // indices in Capture::cameras
@@ -121,7 +122,7 @@ struct VideoChoice {
   double sample_rate = 0;      // bits a second
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;
-  std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once
+  std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once; may be NULL
 };
 
 // Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.

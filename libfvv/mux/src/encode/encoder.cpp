@@ -228,10 +228,18 @@ Encoder::Encoder(const Configuration &configuration, const Options &options, con
 
 Encoder::~Encoder() = default;
 
+void Encoder::check_next(const Frame &frame) const {
+  try {
+    state->check_frame(frame);
+  } catch (const Error &error) {
+    throw Error(error.what(), Error::usage);
+  }
+}
+
 void Encoder::add(Frame frame) {
   State &s = *state;
   s.observer.check_cancelled();
-  s.check_frame(frame);
+  check_next(frame);
   const bool has_mesh = s.has_mesh(frame), is_empty = s.configuration.meshes && !has_mesh;
   if (is_empty && s.had_mesh && s.pending) s.end_group(s.added);
   std::vector<media::Sample> samples = s.samples_of(frame);

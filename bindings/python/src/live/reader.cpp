@@ -1,7 +1,10 @@
-#include "live.h"
+#include "live/reader.h"
 
+#include "arrays.h"
 #include "fvv/frames.h"
 #include "fvv_cxx/rung.h"
+#include "live/sound.h"
+#include "live/visibility.h"
 #include "source.h"
 #include "stream.h"
 #include "values.h"
@@ -24,9 +27,15 @@ struct Destroy {
 struct LiveFrame {
   int64_t ticks = 0;
   uint64_t number = 0;
-  std::map<uint16_t, std::shared_ptr<Mesh>> meshes;
+  Meshes meshes;
   std::map<uint16_t, std::shared_ptr<Camera>> cameras; // NULL: it moves and is not calibrated
+  Weights visibility;
   std::map<uint16_t, std::shared_ptr<Picture>> pictures;
+};
+
+// What to decode besides meshes and cameras.
+struct Wanted {
+  bool pictures, visibility, sound;
 };
 
 // A mesh track: the key mesh and, from the first delta frame on, the sequence that follows it.
@@ -46,21 +55,24 @@ struct LiveVideo {
 // configuration.
 class LiveDecoder {
 public:
-  LiveDecoder(const fvv_configuration &the_configuration, size_t the_rung, bool pictures,
+  LiveDecoder(const fvv_configuration &the_configuration, size_t the_rung, const Wanted &parts,
               const Limits &the_limits, const std::string &file_name)
-      : configuration(the_configuration), rung(the_rung), limits(the_limits), file(file_name) {
+      : configuration(the_configuration), rung(the_rung), wanted(parts), limits(the_limits), file(file_name),
+        visibility(the_configuration, the_limits, file), sounds(the_configuration, file) {
     fvv_calibration *created = nullptr;
     require(fvv_calibration_create(configuration.cameras, configuration.camera_count, nullptr, &created), {},
             file);
     calibration.reset(created);
-    if (!pictures) return;
+    if (!wanted.pictures) return;
     auto views = demux::views_of(configuration, rung, demux::Selection(), nullptr);
     check_video(views, limits, file);
     for (demux::VideoViews &view : views) videos[view.video->track].views = std::move(view);
   }
 
-  void begin_group() {
+  void begin_group(int64_t start, int64_t end) {
     fvv_calibration_reset(calibration.get());
+    visibility.begin_group();
+    sounds.begin_group(start, end);
     for (auto &[track, video] : videos) {
       video.tiles.clear();
       video.broken = true;
@@ -86,10 +98,21 @@ public:
       if (!in_rung(configuration, chunk.header.track, rung)) continue;
       if (chunk.header.type == FVV_CHUNK_COLOURS) add_colours(chunk);
       if (chunk.header.type == FVV_CHUNK_VIDEO_PACKET) add_pictures(chunk, *frame);
+      if (chunk.header.type == FVV_CHUNK_VISIBILITY && wanted.visibility)
+        visibility.decode(chunk, frame->meshes, calibration.get(), frame->visibility);
     }
     // Delta frames have the colours of their key mesh.
     for (auto &[track, mesh] : frame->meshes) mesh->colours = meshes[track].key->colours;
     return frame;
+  }
+
+  // What is heard of the chunks of a frame, or of those between frames.
+  void add_sounds(const fvv_frames_event &event, std::vector<LiveSound> &out) {
+    for (size_t i = 0; wanted.sound && i < event.chunk_count; i++) {
+      const fvv_chunk_header &header = event.chunks[i].header;
+      if (header.type != FVV_CHUNK_AUDIO || !in_rung(configuration, header.track, rung)) continue;
+      if (auto sound = sounds.decode(event.chunks[i])) out.push_back(std::move(*sound));
+    }
   }
 
 private:
@@ -235,18 +258,21 @@ private:
 
   const fvv_configuration &configuration;
   const size_t rung;
+  const Wanted wanted;
   const Limits &limits;
   const std::string &file;
   std::unique_ptr<fvv_calibration, Destroy> calibration;
+  LiveVisibility visibility;
+  LiveSounds sounds;
   std::map<uint16_t, LiveMeshes> meshes;
   std::map<uint16_t, LiveVideo> videos;
 };
 
 class LiveReader {
 public:
-  LiveReader(const std::string &file_name, size_t the_rung, bool with_pictures, bool join,
-             const py::dict &given)
-      : file(file_name), rung(the_rung), pictures(with_pictures), limits(given) {
+  LiveReader(const std::string &file_name, size_t the_rung, bool pictures, bool visibility, bool sound,
+             bool join, const py::dict &given)
+      : file(file_name), rung(the_rung), wanted{pictures, visibility, sound}, limits(given) {
     fvv_frames *created = nullptr;
     require(fvv_frames_create(nullptr, &limits.core, nullptr, &created), {}, file);
     frames.reset(created);
@@ -296,11 +322,12 @@ private:
     return out;
   }
 
-  // Appends at most one event; false: there is none yet.
+  // Appends what one event of the stream gives; false: there is none yet.
   bool next(py::list &out) {
     fvv_frames_event event;
     fvv_diagnostic diagnostic = {};
     std::shared_ptr<LiveFrame> frame;
+    std::vector<LiveSound> heard;
     std::optional<Failure> undecodable;
     {
       const py::gil_scoped_release release;
@@ -308,7 +335,7 @@ private:
       if (status == FVV_NEED_DATA || status == FVV_END) return false;
       require(status, diagnostic, file);
       try {
-        follow(event, frame);
+        follow(event, frame, heard);
       } catch (const Failure &error) {
         if (error.diagnostic.status > FVV_ERROR_DAMAGED || error.diagnostic.status == FVV_ERROR_LIMIT ||
             error.diagnostic.status == FVV_ERROR_UNSUPPORTED)
@@ -317,6 +344,7 @@ private:
         fvv_frames_drop_group(frames.get());
       }
     }
+    for (LiveSound &sound : heard) out.append(described(std::move(sound)));
     if (undecodable) {
       out.append(py::make_tuple("damage", describe(undecodable->diagnostic, file), 0));
     } else if (frame) {
@@ -331,14 +359,29 @@ private:
     return true;
   }
 
-  void follow(const fvv_frames_event &event, std::shared_ptr<LiveFrame> &frame) {
+  static py::tuple described(LiveSound &&sound) {
+    py::object position = py::none();
+    if (sound.position) {
+      const auto &place = *sound.position;
+      position = py::make_tuple(place[0], place[1], place[2]);
+    }
+    const auto count = py::ssize_t(sound.samples.size() / sound.channels);
+    return py::make_tuple("sound", sound.track, sound.rate, sound.start,
+                          owning(std::move(sound.samples), {count, py::ssize_t(sound.channels)}), position);
+  }
+
+  void follow(const fvv_frames_event &event, std::shared_ptr<LiveFrame> &frame,
+              std::vector<LiveSound> &heard) {
     if (event.kind == FVV_FRAMES_CONFIGURATION) {
       // Pointers into the former one are not valid any more, even when its chunks are the same.
       decoder.reset();
-      decoder.emplace(*event.configuration, rung, pictures, limits, file);
+      decoder.emplace(*event.configuration, rung, wanted, limits, file);
     } else if (event.kind == FVV_FRAMES_GROUP && decoder) {
-      decoder->begin_group();
+      decoder->begin_group(event.time, event.end);
+    } else if (event.kind == FVV_FRAMES_BETWEEN && decoder) {
+      decoder->add_sounds(event, heard);
     } else if (event.kind == FVV_FRAMES_FRAME && decoder) {
+      decoder->add_sounds(event, heard);
       frame = decoder->decode(event);
       frame->number = count++;
     }
@@ -346,7 +389,7 @@ private:
 
   const std::string file;
   const size_t rung;
-  const bool pictures;
+  const Wanted wanted;
   const Limits limits;
   std::unique_ptr<fvv_frames, Destroy> frames;
   std::optional<LiveDecoder> decoder;
@@ -356,6 +399,15 @@ private:
   uint64_t count = 0;
 };
 
+py::object visibility_of(const py::object &self, uint16_t mesh_track, uint16_t camera) {
+  const auto &frame = self.cast<const LiveFrame &>();
+  const auto found = frame.visibility.find({mesh_track, camera});
+  if (found == frame.visibility.end()) return py::none();
+  py::array_t<uint8_t> out(py::ssize_t(found->second.size()), found->second.data(), self);
+  out.attr("flags").attr("writeable") = false;
+  return std::move(out);
+}
+
 } // namespace
 
 void register_live(py::module_ &module) {
@@ -364,10 +416,12 @@ void register_live(py::module_ &module) {
       .def_readonly("number", &LiveFrame::number)
       .def_readonly("meshes", &LiveFrame::meshes)
       .def_readonly("cameras", &LiveFrame::cameras)
-      .def_readonly("pictures", &LiveFrame::pictures);
+      .def_readonly("pictures", &LiveFrame::pictures)
+      .def("visibility", visibility_of, py::arg("mesh_track"), py::arg("camera"));
   py::class_<LiveReader>(module, "LiveReader")
-      .def(py::init<const std::string &, size_t, bool, bool, const py::dict &>(), py::arg("name"),
-           py::arg("rung"), py::arg("pictures"), py::arg("join"), py::arg("limits"))
+      .def(py::init<const std::string &, size_t, bool, bool, bool, bool, const py::dict &>(), py::arg("name"),
+           py::arg("rung"), py::arg("pictures"), py::arg("visibility"), py::arg("sound"), py::arg("join"),
+           py::arg("limits"))
       .def("feed", &LiveReader::feed, py::arg("bytes"))
       .def("finish", &LiveReader::finish);
 }

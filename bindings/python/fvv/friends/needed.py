@@ -1,0 +1,63 @@
+"""Packages that are imported when they are needed, and what every converter shares."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+import numpy
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .._core import Camera
+
+
+def needed(module: str, extra: str) -> Any:
+    """A module of another package. ImportError names the extra of this package that installs it; a package that is installed and
+    does not work raises what it raises."""
+    package = module.split(".")[0]
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != package:
+            raise
+        raise ImportError(f"{package} is needed: pip install fvv[{extra}]") from error
+
+
+def along_minus_z(camera: Camera) -> NDArray[numpy.float64]:
+    """(4, 4), camera to world in metres, of a camera that looks along -z with x to the right and y up, as trimesh, USD and
+    Blender have it. A camera of this package looks along +z with y down."""
+    out = numpy.eye(4)
+    out[:3, :3] = camera.R.T * (1, -1, -1)
+    out[:3, 3] = camera.centre
+    return out
+
+
+def turned(up: str, to: str) -> NDArray[numpy.float64]:
+    """(3, 3): the rotation that turns the axis up ("+x" ... "-z") into the axis to, by the shortest way."""
+    axes = []
+    for name in (up, to):
+        axis = numpy.zeros(3)
+        axis["xyz".index(name[1])] = 1 if name[0] == "+" else -1
+        axes.append(axis)
+    if (axes[0] == -axes[1]).all():
+        about = numpy.roll(axes[0], 1)
+        return 2 * numpy.outer(about, about) - numpy.eye(3)
+    x, y, z = numpy.cross(axes[0], axes[1])
+    across = numpy.array([(0, -z, y), (z, 0, -x), (-y, x, 0)])
+    out: NDArray[numpy.float64] = numpy.eye(3) + across + across @ across / (1 + axes[0] @ axes[1])
+    return out
+
+
+def linear_of_srgb(codes: NDArray[numpy.uint8]) -> NDArray[numpy.float32]:
+    """Light of sRGB codes, 0 to 1 (IEC 61966-2-1)."""
+    value = numpy.arange(256) / 255
+    table = numpy.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    return table.astype(numpy.float32)[codes]
+
+
+def upside_down(uvs: NDArray[Any]) -> NDArray[Any]:
+    """Texture coordinates whose (0, 0) is the bottom left corner as those whose (0, 0) is the top left one, and back: a copy."""
+    out = numpy.array(uvs)
+    out[:, 1] = 1 - out[:, 1]
+    return out

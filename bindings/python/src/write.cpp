@@ -1,0 +1,365 @@
+#include "write.h"
+
+#include "arrays.h"
+#include "fvv_media/video.h"
+#include "fvv_mux/encoder.h"
+#include "fvv_mux/mux.h"
+#include "fvv_mux/option_texts.h"
+#include "fvv_mux/segments.h"
+#include "fvv_scene/capture.h"
+#include "source.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <pybind11/stl.h>
+#include <thread>
+
+namespace fvv::python {
+
+std::string python_words(const std::string &message) {
+  std::string out;
+  for (size_t i = 0; i < message.size();) {
+    const bool begins = message.compare(i, 2, "--") == 0 && (!i || message[i - 1] != '-');
+    size_t end = i + 2;
+    while (begins && end < message.size() && (std::islower(uint8_t(message[end])) || message[end] == '-'))
+      end++;
+    if (!begins || end == i + 2) {
+      out += message[i++];
+      continue;
+    }
+    std::string name = message.substr(i + 2, end - i - 2);
+    std::replace(name.begin(), name.end(), '-', '_');
+    out += name == "max_error" ? "budget" : name;
+    i = end;
+  }
+  return out;
+}
+
+void refuse(const Error &error, fvv_status broken) {
+  throw Failure(error.kind == Error::usage ? FVV_ERROR_ARGUMENT : broken, python_words(error.what()));
+}
+
+mux::Options options_of(const py::dict &given) {
+  mux::Options options;
+  options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  mux::OptionTexts texts;
+  try {
+    for (const auto &[key, value] : given) {
+      const auto name = py::cast<std::string>(key);
+      if (!mux::set_option(name, py::cast<std::string>(value), options, texts))
+        throw Failure(FVV_ERROR_ARGUMENT, "there is no option " + python_words("--" + name));
+    }
+    mux::take_texts(options, texts);
+  } catch (const Error &error) {
+    refuse(error, FVV_ERROR_ARGUMENT);
+  }
+  return options;
+}
+
+namespace {
+
+// What a run calls in Python, from any thread. An exception in there ends the run, and is raised again.
+class Calls {
+public:
+  // sink(view): takes bytes, which are valid during the call. warn(text), progress(frames): None or a
+  // function.
+  Calls(py::object the_sink, py::object on_warning, py::object on_progress)
+      : sink(std::move(the_sink)), warning(std::move(on_warning)), progress(std::move(on_progress)) {}
+
+  mux::Sink bytes() {
+    return [this](const void *data, size_t size) {
+      // The run has no other way out of a sink.
+      if (!run([&] { sink(py::memoryview::from_memory(data, py::ssize_t(size))); }))
+        throw Error("cancelled", Error::cancelled);
+    };
+  }
+
+  mux::Observer observer() {
+    mux::Observer out;
+    out.on_warning = [this](const std::string &text) { run([&] { warning(python_words(text)); }); };
+    if (!progress.is_none()) out.on_progress = [this](size_t frames) { run([&] { progress(frames); }); };
+    out.is_cancelled = [this] { return is_cancelled(); };
+    return out;
+  }
+
+  // With the GIL: raises what was raised meanwhile.
+  void rethrow() {
+    if (!pending) return;
+    py::error_already_set error = std::move(*pending);
+    pending.reset();
+    failed = false;
+    throw error;
+  }
+
+private:
+  template <class Work> bool run(const Work &work) {
+    if (failed) return false;
+    const py::gil_scoped_acquire acquire;
+    try {
+      work();
+      return true;
+    } catch (py::error_already_set &error) {
+      if (!pending) pending.emplace(std::move(error));
+      failed = true;
+      return false;
+    }
+  }
+
+  // Signals are looked at some times a second: that needs the GIL.
+  bool is_cancelled() {
+    constexpr int64_t interval = 50'000'000; // nanoseconds
+    const int64_t now = std::chrono::steady_clock::now().time_since_epoch().count();
+    int64_t last = looked.load();
+    if (!failed && now - last > interval && looked.compare_exchange_strong(last, now))
+      run([] {
+        if (PyErr_CheckSignals()) throw py::error_already_set();
+      });
+    return failed;
+  }
+
+  const py::object sink, warning, progress;
+  std::optional<py::error_already_set> pending;
+  std::atomic<bool> failed{false};
+  std::atomic<int64_t> looked{0};
+};
+
+py::object parsed(const nlohmann::ordered_json &json) {
+  return py::module_::import("json").attr("loads")(json.dump());
+}
+
+// ---- captures ------------------------------------------------------------------------------------------
+
+// All files of a capture, so that none of them is replaced.
+std::vector<std::string> files_of(const std::string &capture) {
+  const py::gil_scoped_release release;
+  std::vector<std::string> out;
+  try {
+    scene::visit_files(scene::load_capture(scene::description_file(capture)),
+                       [&](const std::string &path) { out.push_back(path); });
+  } catch (const Error &error) {
+    refuse(error, FVV_ERROR_DAMAGED);
+  }
+  return out;
+}
+
+class CaptureMuxer {
+public:
+  // cameras: identifiers, ranges of them or names; none: all.
+  CaptureMuxer(const std::string &capture, const std::vector<std::string> &cameras, const py::dict &options,
+               const py::object &sink, const py::object &on_warning, const py::object &on_progress)
+      : calls(sink, on_warning, on_progress) {
+    mux::Options chosen = options_of(options);
+    chosen.capture = capture;
+    chosen.cameras = cameras;
+    guarded([&] { muxer.emplace(chosen, calls.observer()); });
+  }
+
+  size_t frame_count() const { return muxer->frame_count(); }
+
+  void run() {
+    guarded([&] { summary.emplace(muxer->run(calls.bytes())); });
+  }
+
+  // The stream, which is in a file now, against the capture.
+  void verify(const std::string &path) {
+    guarded([&] { mux::verify(*summary, InputFile(path)); });
+  }
+
+  py::object result(const std::string &output) const { return parsed(mux::summary_json(*summary, output)); }
+
+private:
+  template <class Work> void guarded(const Work &work) {
+    try {
+      const py::gil_scoped_release release;
+      work();
+    } catch (const Error &error) {
+      calls.rethrow();
+      refuse(error, FVV_ERROR_DAMAGED);
+    }
+    calls.rethrow();
+  }
+
+  Calls calls;
+  std::optional<mux::Muxer> muxer;
+  std::optional<mux::Summary> summary;
+};
+
+// Cuts a stream into files; write_file(name, chunks) is called for each of them with its bytes.
+py::tuple write_segments(const std::string &stream, const py::object &write_file) {
+  const mux::Segments sums = [&] {
+    try {
+      const py::gil_scoped_release release;
+      return mux::write_segments(InputFile(stream), [&](const std::string &name, const auto &fill) {
+        std::string content;
+        fill([&](const void *bytes, size_t size) { content.append(static_cast<const char *>(bytes), size); });
+        const py::gil_scoped_acquire acquire;
+        write_file(name, py::bytes(content));
+      });
+    } catch (const Error &error) {
+      refuse(error, FVV_ERROR_DAMAGED);
+    }
+  }();
+  return py::make_tuple(sums.groups, sums.bytes, sums.rungs);
+}
+
+// ---- frames from arrays --------------------------------------------------------------------------------
+
+// For each camera an object, or None for all of them.
+using PerCamera = std::optional<std::vector<py::object>>;
+
+// Of one thread at a time: the caller sees to that.
+class FrameWriter {
+public:
+  FrameWriter(const py::dict &options, const py::object &sink, const py::object &on_warning,
+              const py::object &on_progress)
+      : chosen(options_of(options)), calls(sink, on_warning, on_progress) {}
+
+  // flags: of each camera: pictures, masks, moves, visibility.
+  void configure(const std::string &name, int64_t numerator, int64_t denominator,
+                 const std::vector<std::shared_ptr<Camera>> &cameras,
+                 const std::vector<std::array<bool, 4>> &flags, const std::string &up, bool scale_unknown) {
+    mux::Configuration configuration;
+    configuration.name = name;
+    configuration.frame_duration = {uint32_t(numerator), uint32_t(denominator)};
+    configuration.meshes = chosen.meshes;
+    configuration.scale_unknown = scale_unknown;
+    const char *axes[] = {"", "+x", "+y", "+z", "-x", "-y", "-z"};
+    for (uint8_t i = 0; i < 7; i++)
+      if (up == axes[i]) configuration.up = i;
+    for (size_t i = 0; i < cameras.size(); i++) {
+      mux::CameraInput input;
+      input.calibration = plain(*cameras[i]);
+      input.name = cameras[i]->name;
+      input.pictures = flags[i][0];
+      input.masks = flags[i][1];
+      input.moves = flags[i][2];
+      input.visibility = flags[i][3];
+      configuration.cameras.push_back(std::move(input));
+    }
+    guarded([&] { encoder.emplace(configuration, chosen, calls.bytes(), calls.observer()); });
+  }
+
+  // mesh: None, a Mesh, or a tuple of arrays. The others are of each camera, None where it has none.
+  void add(const py::object &mesh, const PerCamera &pictures, const PerCamera &masks,
+           const PerCamera &calibrations, const PerCamera &visibility) {
+    const std::string where = "frame " + std::to_string(added);
+    mux::Frame frame;
+    if (py::isinstance<Mesh>(mesh))
+      frame.mesh = mesh_of(mesh.cast<const Mesh &>());
+    else if (!mesh.is_none())
+      frame.mesh = mesh_of(mesh.cast<py::tuple>(), where + ": mesh");
+    if (pictures) frame.pictures = each<scene::AnyImage>(*pictures, where + ": image", picture);
+    if (masks) frame.masks = each<media::Image>(*masks, where + ": mask", mask_of);
+    if (visibility)
+      frame.visibility = each<std::vector<uint8_t>>(*visibility, where + ": visibility", weights_of);
+    if (calibrations)
+      for (const py::object &one : *calibrations)
+        frame.calibrations.push_back(one.is_none() ? fvv_camera{} : plain(one.cast<const Camera &>()));
+    check_samples(frame, where);
+    guarded([&] { encoder->check_next(frame); });
+    failed = true; // unless it goes well
+    guarded([&] { encoder->add(std::move(frame)); });
+    failed = false;
+    added++;
+  }
+
+  py::object finish(const std::string &output) {
+    failed = true;
+    std::optional<mux::Summary> summary;
+    guarded([&] { summary.emplace(encoder->finish()); });
+    const py::object out = parsed(mux::summary_json(*summary, output));
+    close();
+    return out;
+  }
+
+  // Frees all frames. Nothing is written after it.
+  void close() { encoder.reset(); }
+
+  bool is_failed() const { return failed; }
+  size_t frames() const { return added; }
+
+private:
+  static fvv_camera plain(const Camera &camera) {
+    fvv_camera out = camera.calibration;
+    out.flags = uint8_t(out.flags & ~FVV_CAMERA_MOVES);
+    return out;
+  }
+
+  static scene::AnyImage picture(const py::array &pixels, const std::string &where) {
+    return picture_of(pixels, where);
+  }
+
+  template <class Value, class Convert>
+  static std::vector<Value> each(const std::vector<py::object> &given, const std::string &where,
+                                 const Convert &convert) {
+    std::vector<Value> out;
+    out.reserve(given.size());
+    for (size_t i = 0; i < given.size(); i++)
+      out.push_back(given[i].is_none()
+                        ? Value()
+                        : Value(convert(given[i].cast<py::array>(), where + " " + std::to_string(i))));
+    return out;
+  }
+
+  void check_samples(const mux::Frame &frame, const std::string &where) const {
+    static const char *const names[] = {"uint8", "uint16", "floats"};
+    const auto wanted = media::with_sample_type(chosen.codec, chosen.bit_depth, [](auto sample) {
+      return scene::AnyImage(media::BasicImage<decltype(sample)>()).index();
+    });
+    for (size_t i = 0; i < frame.pictures.size(); i++) {
+      const bool none = std::visit([](const auto &image) { return image.pixels.empty(); }, frame.pictures[i]);
+      if (!none && frame.pictures[i].index() != wanted)
+        throw Failure(FVV_ERROR_ARGUMENT, where + ": image " + std::to_string(i) + ": expected " +
+                                              names[wanted] + " for this codec and bit_depth, found " +
+                                              names[frame.pictures[i].index()]);
+    }
+  }
+
+  template <class Work> void guarded(const Work &work) {
+    try {
+      const py::gil_scoped_release release;
+      work();
+    } catch (const Error &error) {
+      calls.rethrow();
+      refuse(error, FVV_ERROR_ARGUMENT);
+    }
+    calls.rethrow();
+  }
+
+  const mux::Options chosen;
+  Calls calls;
+  std::optional<mux::Encoder> encoder;
+  size_t added = 0;
+  bool failed = false;
+};
+
+} // namespace
+
+void register_write(py::module_ &module) {
+  py::class_<CaptureMuxer>(module, "CaptureMuxer", "A capture on disk that becomes a stream.")
+      .def(py::init<const std::string &, const std::vector<std::string> &, const py::dict &,
+                    const py::object &, const py::object &, const py::object &>(),
+           py::arg("capture"), py::arg("cameras"), py::arg("options"), py::arg("sink"), py::arg("on_warning"),
+           py::arg("on_progress"))
+      .def_property_readonly("frame_count", &CaptureMuxer::frame_count)
+      .def("run", &CaptureMuxer::run)
+      .def("verify", &CaptureMuxer::verify, py::arg("path"))
+      .def("result", &CaptureMuxer::result, py::arg("output"));
+  py::class_<FrameWriter>(module, "FrameWriter", "Frames from arrays that become a stream.")
+      .def(py::init<const py::dict &, const py::object &, const py::object &, const py::object &>(),
+           py::arg("options"), py::arg("sink"), py::arg("on_warning"), py::arg("on_progress"))
+      .def_property_readonly("failed", &FrameWriter::is_failed)
+      .def_property_readonly("frames", &FrameWriter::frames)
+      .def("configure", &FrameWriter::configure, py::arg("name"), py::arg("numerator"),
+           py::arg("denominator"), py::arg("cameras"), py::arg("flags"), py::arg("up"),
+           py::arg("scale_unknown"))
+      .def("add", &FrameWriter::add, py::arg("mesh"), py::arg("pictures"), py::arg("masks"),
+           py::arg("calibrations"), py::arg("visibility"))
+      .def("finish", &FrameWriter::finish, py::arg("output"))
+      .def("close", &FrameWriter::close);
+  module.def("files_of", &files_of, py::arg("capture"));
+  module.def("write_segments", &write_segments, py::arg("stream"), py::arg("write_file"));
+}
+
+} // namespace fvv::python
