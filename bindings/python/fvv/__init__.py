@@ -14,6 +14,7 @@ Lengths are metres, times seconds, pixels have their centres at .5; cameras look
 from __future__ import annotations
 
 from ._core import Camera, Mesh, Picture, Sound, library_version
+from .audio import AudioInput
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
 from .errors import DamagedError, Error, LimitError, LossWarning, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
@@ -25,6 +26,7 @@ from .writer import Writer, mux
 __version__ = library_version
 
 __all__ = [
+    "AudioInput",
     "ByCamera",
     "Camera",
     "Check",
