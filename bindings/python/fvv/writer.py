@@ -12,7 +12,8 @@ from typing import Any, Callable, Union
 import numpy
 
 from . import _core
-from ._core import Camera, Mesh, Picture
+from ._core import Camera, Mesh, Picture, Sound
+from .audio import AudioInput, sound_arguments
 from .errors import LossWarning, UsageError
 from .frames import Key
 from .meshes import MeshLike, mesh_arrays
@@ -90,6 +91,7 @@ class Writer:
 
     target: a path, which exists when the stream is whole; a binary file object, which is not closed; or a function that
     takes bytes, for live streams. cameras: in the order of pictures without names. rate: frames per second.
+    audio: `AudioInput`, or `Sound` of a clip, whose packets stay as they are (one that moves is heard everywhere then).
     budget and options: those of `fvvmux`, with its words and defaults: `fvvmux --bit-depth 10` is `bit_depth=10`, `--max-error`
     is `budget` ("0.15px", "1mm"), `--no-delta` is `no_delta=True`. force: replaces an existing file.
     name: of the scene. up: "+y", ...: the axis that points up. scale_unknown: lengths are in an unknown unit.
@@ -108,6 +110,7 @@ class Writer:
         *,
         rate: float | Fraction,
         cameras: Iterable[Camera] = (),
+        audio: Iterable[AudioInput | Sound] = (),
         budget: str | float | None = None,
         force: bool = False,
         name: str = "",
@@ -130,6 +133,7 @@ class Writer:
             if identifiers.count(identifier) > 1:
                 raise UsageError(f"cameras: two of them have the identifier {identifier}")
         self._scene = (name, up or "", scale_unknown)
+        self._sounds = [sound_arguments(one, i) for i, one in enumerate(audio)]
         self._given: tuple[tuple[bool, ...], ...] = ()
         self._start = Fraction(0)
         self._ended: str | None = None
@@ -336,7 +340,9 @@ class Writer:
             numerator, denominator = (1 / self.rate).as_integer_ratio()
             flags = list(zip(*given))
             name, up, scale_unknown = self._scene
-            self._core.configure(name, numerator, denominator, list(self.cameras), flags, up, scale_unknown)
+            self._core.configure(
+                name, numerator, denominator, list(self.cameras), flags, self._sounds, up, scale_unknown
+            )
             self._given = given
         for i, name in enumerate(("images", "masks", "calibration", "visibility")):
             if given[i] != self._given[i] and not (name == "visibility" and is_empty):
