@@ -279,5 +279,7 @@ def test_arguments_of_compare(players):
             fvv.compare(a, b, **options)
     with pytest.raises(fvv.Error, match="unlike frame rates"):
         fvv.compare(players, CONFORMANCE / "normals/cube.fvv")
+    with pytest.raises(FileNotFoundError):
+        fvv.compare(players, players.parent / "absent.fvv")
     with pytest.raises(ZeroDivisionError):
         fvv.compare(players, players, samples=10, progress=lambda done, pairs: 1 // (2 - done))
