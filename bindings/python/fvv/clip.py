@@ -6,7 +6,6 @@ import json
 import os
 import re
 import threading
-import warnings
 import weakref
 from collections.abc import Iterator
 from fractions import Fraction
@@ -160,12 +159,18 @@ class ClipFrame(Frame):
         axis = "xyz".index(self._description.up[1]) if self._description.up else 1
         up[axis] = -1 if (self._description.up or "+")[0] == "-" else 1
         aside = numpy.roll(up, 1) + numpy.roll(up, 2)
-        eye = (low + high) / 2 + size * (0.9 * aside / 2**0.5 + 0.5 * up)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # pictures that are lost
-            return render(
-                self._clip, self, (eye, (low + high) / 2, up), size=(640, 480), background=(250, 250, 248)
-            )
+        eye = (low + high) / 2 + size * (1.25 * aside / 2**0.5 + 0.75 * up)
+        pose = (eye, (low + high) / 2, up)
+        drawn = render(
+            self._clip,
+            self,
+            pose,
+            size=(640, 480),
+            background=(250, 250, 248),
+            pictures=False,
+            layers=True,  # which has warnings as texts
+        )
+        return drawn.pixels
 
     @property
     def background(self) -> Background | None:

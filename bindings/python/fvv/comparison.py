@@ -101,7 +101,7 @@ class Comparison(Errors):
     """What `fvv.compare` found, over all frames that were compared."""
 
     frames_a: int  #: Frames of A that have a mesh.
-    frames_b: int
+    frames_b: int  #: The same of B.
     unit: str  #: "metres", or "unknown": units of the source.
     peak: float  #: Of PSNR, in the unit.
     temporal: Temporal | None  #: None: no two frames have constant faces.

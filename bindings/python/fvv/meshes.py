@@ -42,7 +42,7 @@ def mesh_arrays(mesh: MeshLike, where: str) -> Mesh | MeshArrays:
         return mesh
     if isinstance(mesh, (tuple, list)) and 2 <= len(mesh) <= 4:
         parts = [*mesh, None, None]
-    elif hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
+    elif not isinstance(mesh, (tuple, list)) and hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         parts = [mesh.vertices, mesh.faces, None, None]
     else:
         raise UsageError(
@@ -83,7 +83,7 @@ class Decimated:
     rms: float  #: Metres between the surfaces, by area, in the worse direction.
     max: float  #: Metres, at the worst place.
     rms_pixels: float | None  #: The same in pixels of the cameras; None: there are none.
-    max_pixels: float | None
+    max_pixels: float | None  #: At the worst place.
 
     def mesh(self) -> tuple[Array, Array, Array | None, Array | None]:
         """What `Writer.add` takes."""

@@ -157,6 +157,7 @@ class Writer:
 
     @property
     def closed(self) -> bool:
+        """Whether it is finished, was closed, or ended by an exception."""
         return self._ended is not None
 
     def add(
