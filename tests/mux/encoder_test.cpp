@@ -549,7 +549,7 @@ TEST_CASE("sound of the configuration is in the groups that it falls into") {
   };
   const mux::Summary summary = run(10);
   REQUIRE(summary.sounds.size() == 2);
-  CHECK(summary.sounds[0].chunks == 2); // groups of ticks 4 to 7 and 8 to 9
+  CHECK(summary.sounds[0].chunks == 3); // the packet before the sound begins in tick 3
   CHECK(warnings.size() == 2);          // both go on after the last frame
   CHECK(warnings[1] == "encoder: audio: sound 1: its sound goes on after the last frame and is cut there");
   CHECK(summary.plan.warned);

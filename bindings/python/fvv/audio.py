@@ -12,13 +12,15 @@ from ._core import Sound
 from .errors import UsageError
 
 RATE = 48000
+# FFmpeg's libopus confuses 5 channels, and has no layout of 7.
+CHANNELS = (1, 2, 3, 4, 6, 8)
 
 
 @dataclasses.dataclass(frozen=True)
 class AudioInput:
     """A recording, for `Writer`, which encodes it as Opus."""
 
-    samples: ArrayLike  #: (samples, channels) or (samples,): 1 to 8 channels, full scale 1.
+    samples: ArrayLike  #: (samples, channels) or (samples,), full scale 1: 1, 2, 3, 4, 6 or 8 channels.
     rate: int = RATE  #: Samples per second: 48000, the rate of Opus.
     start: float = 0.0  #: Time of the first sample, in seconds from the first frame.
     title: str = ""
@@ -47,9 +49,9 @@ def sound_arguments(audio: AudioInput | Sound, number: int) -> dict[str, Any]:
     samples = numpy.asarray(audio.samples)
     if samples.ndim == 1:
         samples = samples[:, None]
-    if samples.dtype.kind != "f" or samples.ndim != 2 or not len(samples) or not 1 <= samples.shape[1] <= 8:
+    if samples.dtype.kind != "f" or samples.ndim != 2 or not len(samples) or samples.shape[1] not in CHANNELS:
         raise UsageError(
-            f"{where}: samples: expected floats (samples, 1 to 8 channels), found {samples.dtype} {samples.shape}"
+            f"{where}: samples: expected floats (samples, 1, 2, 3, 4, 6 or 8 channels), found {samples.dtype} {samples.shape}"
         )
     if not numpy.isfinite(samples).all():
         raise UsageError(f"{where}: samples: expected finite numbers")

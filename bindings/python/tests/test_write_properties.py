@@ -262,6 +262,36 @@ def test_any_layout_comes_back(sizes, crop, scale):
                 assert numpy.abs(middle.astype(int) - 30 - 40 * i).max() < 12
 
 
+# Sound.
+
+
+@hypothesis.settings(max_examples=max(1, hypothesis.settings.default.max_examples // 5))
+@hypothesis.given(
+    strategies.integers(1, 12000),
+    strategies.sampled_from([1, 2, 3, 4, 6, 8]),
+    strategies.floats(-0.1, 0.9),
+    strategies.booleans(),
+)
+def test_any_sound_comes_back(length, channels, start, placed):
+    channels = 1 if placed else channels
+    samples = numpy.random.default_rng(length).uniform(-1, 1, (length, channels)).astype(numpy.float32)
+    audio = fvv.AudioInput(samples, start=start, position=[1, 0, 2] if placed else None, title="noise")
+    content = written([((TETRAHEDRON, FACES),)] * 25, audio=[audio], step="1mm", group=5)
+    assert fvv.check(content).ok
+    with fvv.open(content) as clip:
+        if not clip.audio:
+            # No packet begins within the stream.
+            assert start < 0 and start + length / 48000 <= 0.02
+            return
+        (found,) = clip.audio
+        assert (found.channels, found.title, found.position is not None) == (channels, "noise", placed)
+        # Packets of 20 ms, one of them before the sound and the last of them not full.
+        assert start - 0.0201 - (start < 0) * 0.1 <= found.start <= max(0, start) + 1e-4
+        end = min(1, start + length / 48000)
+        assert end - 1e-4 <= found.start + found.duration <= end + 0.05
+        assert found.samples().shape == (round(found.duration * 48000), channels)
+
+
 # Any order of calls.
 
 
