@@ -14,9 +14,10 @@ from . import _core
 from ._core import Mesh
 from .clip import Clip
 from .errors import UsageError
+from .meshes import mesh_arrays
 
 Value = TypeVar("Value")
-#: (positions, indices[, normals[, uvs]]): (vertices, 3) numbers, (faces, 3) vertices, (vertices, 3) or None, and anything.
+#: (positions, indices[, normals[, uvs]]): (vertices, 3) numbers, (faces, 3) vertices, (vertices, 3) or None, (vertices, 2) or None: these do not count.
 Arrays = Sequence[Any]
 #: A path of a stream, a capture.json or its folder; a clip; a mesh; or a list of meshes, one for each frame.
 Comparable = Union[str, "os.PathLike[str]", Clip, Mesh, Arrays, Sequence[Union[Mesh, Arrays]]]
@@ -211,7 +212,7 @@ def _given(argument: str, value: Comparable) -> Any:
         raise UsageError(
             f"{argument}: expected a path, a clip, an fvv.Mesh, (positions, indices), or a list of these"
         )
-    return [mesh if isinstance(mesh, Mesh) else _arrays(argument, mesh) for mesh in meshes]
+    return [mesh_arrays(mesh, argument) for mesh in meshes]
 
 
 def _is_arrays(value: Any) -> bool:
@@ -219,14 +220,3 @@ def _is_arrays(value: Any) -> bool:
     if not isinstance(value, (tuple, list)) or not 2 <= len(value) <= 4:
         return False
     return not isinstance(value[0], (Mesh, tuple)) and len(numpy.shape(value[0])) == 2
-
-
-def _arrays(argument: str, given: Arrays) -> tuple[Any, Any, Any]:
-    positions, indices = numpy.asarray(given[0], float), numpy.asarray(given[1])
-    normals = None if len(given) < 3 or given[2] is None else numpy.asarray(given[2], float)
-    for name, array in (("positions", positions), ("indices", indices), ("normals", normals)):
-        if array is not None and (array.ndim != 2 or array.shape[1] != 3):
-            raise UsageError(f"{argument}: {name}: expected the shape (n, 3), found {array.shape}")
-    if not numpy.issubdtype(indices.dtype, numpy.integer) or (indices.size and indices.min() < 0):
-        raise UsageError(f"{argument}: indices: expected integers from 0, found {indices.dtype}")
-    return positions, indices.astype(numpy.uint32), normals

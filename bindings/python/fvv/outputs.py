@@ -60,7 +60,7 @@ class FileOutput:
         self.temporary = _beside(self._path)
         self._file = open(self.temporary, "xb")  # noqa: SIM115
 
-    def write(self, data: memoryview) -> None:
+    def write(self, data: bytes | memoryview) -> None:
         assert self._file is not None
         self._file.write(data)
 

@@ -1,8 +1,8 @@
 #include "compare.h"
 
+#include "arrays.h"
 #include "fvv_compare/compare.h"
 #include "fvv_cxx/stream_error.h"
-#include "fvv_demux/meshes.h"
 #include "stream.h"
 
 #include <algorithm>
@@ -13,24 +13,10 @@ namespace fvv::python {
 
 namespace {
 
-using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Indices = py::array_t<uint32_t, py::array::c_style | py::array::forcecast>;
-
-template <class T, class Array> std::vector<T> values_of(const Array &array) {
-  return {array.data(), array.data() + array.size()};
-}
-
-// A Mesh, or a tuple of positions, indices and maybe normals, whose shapes have been checked.
+// A Mesh, or a tuple of arrays.
 geometry::Mesh compared_mesh(const py::handle &given, const std::string &name) {
-  if (py::isinstance<Mesh>(given)) {
-    const auto &mesh = given.cast<const Mesh &>();
-    return demux::in_metres(mesh.mesh, demux::lattice_of(mesh.origin, mesh.step));
-  }
-  const auto arrays = given.cast<std::tuple<Doubles, Indices, py::object>>();
-  geometry::Mesh out;
-  out.positions = values_of<double>(std::get<0>(arrays));
-  out.faces = values_of<uint32_t>(std::get<1>(arrays));
-  if (!std::get<2>(arrays).is_none()) out.normals = values_of<double>(std::get<2>(arrays).cast<Doubles>());
+  if (py::isinstance<Mesh>(given)) return mesh_of(given.cast<const Mesh &>());
+  geometry::Mesh out = mesh_of(given.cast<py::tuple>(), name);
   try {
     geometry::check(out, name);
   } catch (const Error &error) {

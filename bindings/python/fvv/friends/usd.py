@@ -12,6 +12,7 @@ import numpy
 from .._core import Camera, Mesh
 from ..clip import EVERY, Clip, ClipFrame
 from ..errors import UsageError
+from ..outputs import FileOutput
 from .needed import along_minus_z, linear_of_srgb, needed, turned, upside_down
 
 Path = Union[str, "os.PathLike[str]"]
@@ -32,40 +33,20 @@ def export(clip: Clip, path: Path, frames: slice = EVERY, *, force: bool = False
     name = os.fspath(path)
     if os.path.splitext(name)[1] not in (".usd", ".usdc", ".usda"):
         raise UsageError(f"{name}: expected a name that ends in .usd, .usdc or .usda", file=name)
-    target = os.path.realpath(name)
-    if os.path.lexists(target):
-        if os.path.exists(clip.name) and os.path.samefile(clip.name, target):
-            raise UsageError(f"{name}: is read by this call, and cannot be replaced", file=name)
-        if not force or not os.path.isfile(target):
-            raise UsageError(f"{name}: already exists; force=True replaces a file", file=name)
     chosen = clip[frames]
     if not chosen:
         raise UsageError(f"{clip.name}: expected a frame to export, found none", file=clip.name)
-    folder = tempfile.mkdtemp(prefix=".fvv-usd-", dir=os.path.dirname(target))
+    output = FileOutput(name, force, [clip.name])
     try:
-        written = os.path.join(folder, os.path.basename(target))
-        _Stage(clip, written).add(chosen)
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(written, 0o666 & ~mask)
-        if force:
-            os.replace(written, target)
-        else:
-            _rename_new(written, target, name)
+        # USD chooses the format by the name, which FileOutput's has not.
+        with tempfile.TemporaryDirectory() as folder:
+            written = os.path.join(folder, os.path.basename(name))
+            _Stage(clip, written).add(chosen)
+            with open(written, "rb") as file:
+                shutil.copyfileobj(file, output)
+        output.commit()
     finally:
-        shutil.rmtree(folder)
-
-
-def _rename_new(written: str, target: str, name: str) -> None:
-    """Renames a file unless something has that name meanwhile."""
-    try:
-        os.link(written, target)
-    except FileExistsError:
-        raise UsageError(f"{name}: already exists; force=True replaces a file", file=name) from None
-    except OSError:  # a file system without links
-        if os.path.lexists(target):
-            raise UsageError(f"{name}: already exists; force=True replaces a file", file=name) from None
-        os.replace(written, target)
+        output.discard()
 
 
 class _Stage:
