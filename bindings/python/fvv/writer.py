@@ -55,10 +55,10 @@ class _Losses:
     def __call__(self, text: str) -> None:
         self.texts.append(text)
 
-    def show(self) -> None:
+    def show(self, stacklevel: int) -> None:
         new, self._shown = self.texts[self._shown :], len(self.texts)
         for text in new:
-            warnings.warn(text, LossWarning, stacklevel=4)
+            warnings.warn(text, LossWarning, stacklevel=stacklevel)
 
 
 class _Calls:
@@ -214,11 +214,12 @@ class Writer:
             if not self.frames:
                 self._abandon("nothing was added")
                 raise UsageError("expected at least one frame before finish")
-            summary: dict[str, Any] = self._run(lambda: self._core.finish(self._output.name))
             try:
+                summary: dict[str, Any] = self._run(lambda: self._core.finish(self._output.name))
                 self._output.commit()
-            except BaseException:
-                self._abandon("its file could not be finished")
+            except BaseException as error:
+                if self._ended is None:
+                    self._abandon(f"failed: {error}")
                 raise
             self._ended = "is finished"
             summary["warnings"] = list(self._losses.texts)
@@ -264,7 +265,7 @@ class Writer:
                 self._abandon(f"failed: {error}")
             raise
         finally:
-            self._losses.show()
+            self._losses.show(stacklevel=4)
         return result
 
     def _check_time(self, time: float | Fraction | None) -> None:
@@ -450,6 +451,6 @@ def mux(
         output.discard()
         if folder is not None:
             folder.discard()
-        calls.losses.show()
+        calls.losses.show(stacklevel=3)
     summary["warnings"] = calls.losses.texts
     return summary

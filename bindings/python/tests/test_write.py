@@ -588,6 +588,13 @@ def test_losses_are_warnings(tmp_path):
         warnings.simplefilter("error", fvv.LossWarning)
         with pytest.raises(fvv.LossWarning), fvv.Writer(tmp_path / "out.fvv", rate=25, **TINY) as writer:
             writer.add((TETRAHEDRON, FACES, None, uvs))
+        late = fvv.Writer(
+            tmp_path / "late.fvv", rate=25, audio=[fvv.AudioInput(numpy.zeros(9), start=9)], **TINY
+        )
+        late.add((TETRAHEDRON, FACES))
+        with pytest.raises(fvv.LossWarning):
+            late.finish()
+        assert late.closed
     assert not list(tmp_path.iterdir())
 
 
