@@ -16,7 +16,7 @@ from ._core import Camera, Mesh, Picture, Sound
 from .audio import AudioInput, sound_arguments
 from .errors import LossWarning, UsageError
 from .frames import Key
-from .meshes import MeshLike, mesh_arrays
+from .meshes import MeshArrays, MeshLike, mesh_arrays
 from .outputs import FileOutput, FolderOutput, ObjectOutput, Target, output_of
 
 #: By identifier or name of a camera, or in the order of `Writer.cameras`, None where there is nothing.
@@ -176,7 +176,6 @@ class Writer:
             self._check_time(time)
             where = f"frame {self.frames}"
             arrays = None if mesh is None else mesh_arrays(mesh, f"{where}: mesh")
-            uvs = arrays.uvs if isinstance(arrays, Mesh) else arrays[3] if arrays else None
             found = (
                 self._by_camera(images, "images", where),
                 self._by_camera(masks, "masks", where),
@@ -192,7 +191,7 @@ class Writer:
                 else [None if w is None else numpy.ascontiguousarray(w) for w in found[3]]
             )
             self._check_given(found, where, mesh is None)
-            if uvs is not None and not self._lost_uvs:
+            if not self._lost_uvs and _has_uvs(arrays):
                 self._lost_uvs = True
                 self._losses(
                     "texture coordinates are left out: the pictures of a writer are those of cameras"
@@ -330,6 +329,9 @@ class Writer:
             tuple(one is not None for one in part) if part is not None else (False,) * len(self.cameras)
             for part in found
         )
+        for camera, has_image, has_mask in zip(self.cameras, given[0], given[1]):
+            if has_mask and not has_image:
+                raise UsageError(f"{where}: masks: expected with an image of camera {camera.id}, found alone")
         if not self.frames:  # a first frame that was refused decides nothing
             numerator, denominator = (1 / self.rate).as_integer_ratio()
             flags = list(zip(*given))
@@ -365,6 +367,12 @@ class _Turn:
 
     def __exit__(self, *_: object) -> None:
         self._writer._lock.release()
+
+
+def _has_uvs(arrays: Mesh | MeshArrays | None) -> bool:
+    if arrays is None:
+        return False
+    return (arrays.uvs if isinstance(arrays, Mesh) else arrays[3]) is not None
 
 
 def _rate_of(rate: float | Fraction) -> Fraction:

@@ -543,7 +543,14 @@ def test_a_refused_first_frame_decides_nothing():
     # Found by test_write_properties.Writers.
     c, target = camera(), io.BytesIO()
     with fvv.Writer(target, rate=25, cameras=[c], **TINY) as writer:
-        for wrong in ({"masks": ["none"]}, {"mesh": (TETRAHEDRON, FACES + 1), "visibility": [None]}):
+        with pytest.raises(
+            fvv.UsageError, match="frame 0: masks: expected with an image of camera 0, found alone"
+        ):
+            writer.add(masks=[numpy.ones((48, 64), bool)])
+        for wrong in (
+            {"masks": ["none"], "images": [7]},
+            {"mesh": (TETRAHEDRON, FACES + 1), "visibility": [None]},
+        ):
             with pytest.raises(fvv.UsageError):
                 writer.add(**wrong, time=77)
         writer.add((TETRAHEDRON, FACES), [picture(c, 9)], time=5)
