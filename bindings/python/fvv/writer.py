@@ -121,6 +121,9 @@ class Writer:
             raise UsageError(f'up: expected "+x", "+y", "+z", "-x", "-y", "-z" or None, found {up!r}')
         for option in _OF_CAPTURES & options.keys():
             raise UsageError(f"{option}: is an option of fvv.mux, a writer has none")
+        for camera in self.cameras:
+            if not isinstance(camera, Camera):
+                raise UsageError(f"cameras: expected fvv.Camera, found {type(camera).__name__}")
         identifiers = [camera.id for camera in self.cameras]
         for identifier in identifiers:
             if identifiers.count(identifier) > 1:
@@ -273,8 +276,8 @@ class Writer:
         number = self.frames
         try:
             given = Fraction(time)
-        except (ValueError, OverflowError):
-            raise UsageError(f"frame {number}: time: expected seconds, found {time}") from None
+        except (ValueError, OverflowError, TypeError):
+            raise UsageError(f"frame {number}: time: expected seconds, found {time!r}") from None
         if not number:
             self._start = given
         expected = self._start + number / self.rate

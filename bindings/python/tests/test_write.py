@@ -331,7 +331,7 @@ def test_times():
     assert abs(float(writer.rate) - 30000 / 1001) < 1e-5
     for i in range(5):
         writer.add((TETRAHEDRON, FACES), time=100 + i * 1001 / 30000 + 0.001 * (-1) ** i)
-    for wrong in (100 + 4 * 1001 / 30000, 105.0, float("nan"), float("inf")):
+    for wrong in (100 + 4 * 1001 / 30000, 105.0, float("nan"), float("inf"), [1]):
         with pytest.raises(fvv.UsageError, match=r"frame 5: time: expected .*, found"):
             writer.add((TETRAHEDRON, FACES), time=wrong)
     writer.add((TETRAHEDRON, FACES), time=100 + 5 * 1001 / 30000)
@@ -576,6 +576,7 @@ def test_a_refused_first_frame_decides_nothing():
         ({"frames": "1-2"}, "frames: is an option of fvv.mux"),
         ({"verify": True}, "verify: is an option of fvv.mux"),
         ({"up": "y"}, "up: expected"),
+        ({"cameras": [7]}, "cameras: expected fvv.Camera, found int"),
         ({"cameras": [camera(1), camera(1, 1)]}, "two of them have the identifier 1"),
     ],
 )
