@@ -16,7 +16,7 @@ from ._core import Camera, Mesh, Picture, Sound
 from .audio import AudioInput, sound_arguments
 from .errors import LossWarning, UsageError
 from .frames import Key
-from .meshes import MeshLike, mesh_arrays
+from .meshes import MeshArrays, MeshLike, mesh_arrays
 from .outputs import FileOutput, FolderOutput, ObjectOutput, Target, output_of
 
 #: By identifier or name of a camera, or in the order of `Writer.cameras`, None where there is nothing.
@@ -62,10 +62,10 @@ class _Losses:
     def __call__(self, text: str) -> None:
         self.texts.append(text)
 
-    def show(self) -> None:
+    def show(self, stacklevel: int) -> None:
         new, self._shown = self.texts[self._shown :], len(self.texts)
         for text in new:
-            warnings.warn(text, LossWarning, stacklevel=4)
+            warnings.warn(text, LossWarning, stacklevel=stacklevel)
 
 
 class _Calls:
@@ -128,6 +128,9 @@ class Writer:
             raise UsageError(f'up: expected "+x", "+y", "+z", "-x", "-y", "-z" or None, found {up!r}')
         for option in _OF_CAPTURES & options.keys():
             raise UsageError(f"{option}: is an option of fvv.mux, a writer has none")
+        for camera in self.cameras:
+            if not isinstance(camera, Camera):
+                raise UsageError(f"cameras: expected fvv.Camera, found {type(camera).__name__}")
         identifiers = [camera.id for camera in self.cameras]
         for identifier in identifiers:
             if identifiers.count(identifier) > 1:
@@ -184,7 +187,6 @@ class Writer:
             self._check_time(time)
             where = f"frame {self.frames}"
             arrays = None if mesh is None else mesh_arrays(mesh, f"{where}: mesh")
-            uvs = arrays.uvs if isinstance(arrays, Mesh) else arrays[3] if arrays else None
             found = (
                 self._by_camera(images, "images", where),
                 self._by_camera(masks, "masks", where),
@@ -200,7 +202,7 @@ class Writer:
                 else [None if w is None else numpy.ascontiguousarray(w) for w in found[3]]
             )
             self._check_given(found, where, mesh is None)
-            if uvs is not None and not self._lost_uvs:
+            if not self._lost_uvs and _has_uvs(arrays):
                 self._lost_uvs = True
                 self._losses(
                     "texture coordinates are left out: the pictures of a writer are those of cameras"
@@ -222,11 +224,12 @@ class Writer:
             if not self.frames:
                 self._abandon("nothing was added")
                 raise UsageError("expected at least one frame before finish")
-            summary: dict[str, Any] = self._run(lambda: self._core.finish(self._output.name))
             try:
+                summary: dict[str, Any] = self._run(lambda: self._core.finish(self._output.name))
                 self._output.commit()
-            except BaseException:
-                self._abandon("its file could not be finished")
+            except BaseException as error:
+                if self._ended is None:
+                    self._abandon(f"failed: {error}")
                 raise
             self._ended = "is finished"
             summary["warnings"] = list(self._losses.texts)
@@ -272,7 +275,7 @@ class Writer:
                 self._abandon(f"failed: {error}")
             raise
         finally:
-            self._losses.show()
+            self._losses.show(stacklevel=4)
         return result
 
     def _check_time(self, time: float | Fraction | None) -> None:
@@ -281,8 +284,8 @@ class Writer:
         number = self.frames
         try:
             given = Fraction(time)
-        except (ValueError, OverflowError):
-            raise UsageError(f"frame {number}: time: expected seconds, found {time}") from None
+        except (ValueError, OverflowError, TypeError):
+            raise UsageError(f"frame {number}: time: expected seconds, found {time!r}") from None
         if not number:
             self._start = given
         expected = self._start + number / self.rate
@@ -337,6 +340,9 @@ class Writer:
             tuple(one is not None for one in part) if part is not None else (False,) * len(self.cameras)
             for part in found
         )
+        for camera, has_image, has_mask in zip(self.cameras, given[0], given[1]):
+            if has_mask and not has_image:
+                raise UsageError(f"{where}: masks: expected with an image of camera {camera.id}, found alone")
         if not self.frames:  # a first frame that was refused decides nothing
             numerator, denominator = (1 / self.rate).as_integer_ratio()
             flags = list(zip(*given))
@@ -372,6 +378,12 @@ class _Turn:
 
     def __exit__(self, *_: object) -> None:
         self._writer._lock.release()
+
+
+def _has_uvs(arrays: Mesh | MeshArrays | None) -> bool:
+    if arrays is None:
+        return False
+    return (arrays.uvs if isinstance(arrays, Mesh) else arrays[3]) is not None
 
 
 def _rate_of(rate: float | Fraction) -> Fraction:
@@ -452,6 +464,6 @@ def mux(
         output.discard()
         if folder is not None:
             folder.discard()
-        calls.losses.show()
+        calls.losses.show(stacklevel=3)
     summary["warnings"] = calls.losses.texts
     return summary

@@ -69,6 +69,9 @@ public:
   Calls(py::object the_sink, py::object on_warning, py::object on_progress)
       : sink(std::move(the_sink)), warning(std::move(on_warning)), progress(std::move(on_progress)) {}
 
+  // A run begins on this thread.
+  void begin() { owner = std::this_thread::get_id(); }
+
   mux::Sink bytes() {
     return [this](const void *data, size_t size) {
       // The run has no other way out of a sink.
@@ -108,22 +111,25 @@ private:
     }
   }
 
-  // Signals are looked at some times a second: that needs the GIL.
+  // Signals are looked at some times a second, because that needs the GIL, and by the thread that began: in
+  // others Python sees none.
   bool is_cancelled() {
+    if (failed || std::this_thread::get_id() != owner) return failed;
     constexpr int64_t interval = 50'000'000; // nanoseconds
     const int64_t now = std::chrono::steady_clock::now().time_since_epoch().count();
-    int64_t last = looked.load();
-    if (!failed && now - last > interval && looked.compare_exchange_strong(last, now))
-      run([] {
-        if (PyErr_CheckSignals()) throw py::error_already_set();
-      });
+    if (now - looked <= interval) return false;
+    looked = now;
+    run([] {
+      if (PyErr_CheckSignals()) throw py::error_already_set();
+    });
     return failed;
   }
 
   const py::object sink, warning, progress;
   std::optional<py::error_already_set> pending;
   std::atomic<bool> failed{false};
-  std::atomic<int64_t> looked{0};
+  std::thread::id owner;
+  int64_t looked = 0; // by it
 };
 
 py::object parsed(const nlohmann::ordered_json &json) {
@@ -172,6 +178,7 @@ public:
 
 private:
   template <class Work> void guarded(const Work &work) {
+    calls.begin();
     try {
       const py::gil_scoped_release release;
       work();
@@ -355,6 +362,7 @@ private:
   }
 
   template <class Work> void guarded(const Work &work) {
+    calls.begin();
     try {
       const py::gil_scoped_release release;
       work();

@@ -331,7 +331,7 @@ def test_times():
     assert abs(float(writer.rate) - 30000 / 1001) < 1e-5
     for i in range(5):
         writer.add((TETRAHEDRON, FACES), time=100 + i * 1001 / 30000 + 0.001 * (-1) ** i)
-    for wrong in (100 + 4 * 1001 / 30000, 105.0, float("nan"), float("inf")):
+    for wrong in (100 + 4 * 1001 / 30000, 105.0, float("nan"), float("inf"), [1]):
         with pytest.raises(fvv.UsageError, match=r"frame 5: time: expected .*, found"):
             writer.add((TETRAHEDRON, FACES), time=wrong)
     writer.add((TETRAHEDRON, FACES), time=100 + 5 * 1001 / 30000)
@@ -543,7 +543,14 @@ def test_a_refused_first_frame_decides_nothing():
     # Found by test_write_properties.Writers.
     c, target = camera(), io.BytesIO()
     with fvv.Writer(target, rate=25, cameras=[c], **TINY) as writer:
-        for wrong in ({"masks": ["none"]}, {"mesh": (TETRAHEDRON, FACES + 1), "visibility": [None]}):
+        with pytest.raises(
+            fvv.UsageError, match="frame 0: masks: expected with an image of camera 0, found alone"
+        ):
+            writer.add(masks=[numpy.ones((48, 64), bool)])
+        for wrong in (
+            {"masks": ["none"], "images": [7]},
+            {"mesh": (TETRAHEDRON, FACES + 1), "visibility": [None]},
+        ):
             with pytest.raises(fvv.UsageError):
                 writer.add(**wrong, time=77)
         writer.add((TETRAHEDRON, FACES), [picture(c, 9)], time=5)
@@ -569,6 +576,7 @@ def test_a_refused_first_frame_decides_nothing():
         ({"frames": "1-2"}, "frames: is an option of fvv.mux"),
         ({"verify": True}, "verify: is an option of fvv.mux"),
         ({"up": "y"}, "up: expected"),
+        ({"cameras": [7]}, "cameras: expected fvv.Camera, found int"),
         ({"cameras": [camera(1), camera(1, 1)]}, "two of them have the identifier 1"),
     ],
 )
@@ -588,6 +596,13 @@ def test_losses_are_warnings(tmp_path):
         warnings.simplefilter("error", fvv.LossWarning)
         with pytest.raises(fvv.LossWarning), fvv.Writer(tmp_path / "out.fvv", rate=25, **TINY) as writer:
             writer.add((TETRAHEDRON, FACES, None, uvs))
+        late = fvv.Writer(
+            tmp_path / "late.fvv", rate=25, audio=[fvv.AudioInput(numpy.zeros(9), start=9)], **TINY
+        )
+        late.add((TETRAHEDRON, FACES))
+        with pytest.raises(fvv.LossWarning):
+            late.finish()
+        assert late.closed
     assert not list(tmp_path.iterdir())
 
 

@@ -11,6 +11,7 @@ import fvv
 import hypothesis
 import numpy
 import pytest
+from conftest import examples
 from hypothesis import stateful, strategies
 from scenes import FACES, TETRAHEDRON, camera, picture
 
@@ -56,7 +57,7 @@ def corners(lattice, faces):
     return out
 
 
-@hypothesis.settings(max_examples=9 * hypothesis.settings.default.max_examples)
+@hypothesis.settings(max_examples=examples(9))
 @hypothesis.given(
     meshes(), strategies.sampled_from(["draco", "raw", "fast"]), strategies.sampled_from([256, 1024, 65536])
 )
@@ -212,7 +213,7 @@ def test_any_calibration_comes_back(rig):
             assert (again.width, again.height, again.moves) == (c.width, c.height, False)
 
 
-@hypothesis.settings(max_examples=max(1, hypothesis.settings.default.max_examples // 2))
+@hypothesis.settings(max_examples=examples(1 / 2))
 @hypothesis.given(strategies.lists(cameras(5, (64, 48), "none"), min_size=1, max_size=5))
 def test_any_motion_of_a_camera_comes_back(places):
     content = written(
@@ -234,7 +235,7 @@ def test_any_motion_of_a_camera_comes_back(places):
 # Layouts.
 
 
-@hypothesis.settings(max_examples=max(1, hypothesis.settings.default.max_examples // 5))
+@hypothesis.settings(max_examples=examples(1 / 5))
 @hypothesis.given(
     strategies.lists(
         strategies.tuples(strategies.integers(1, 90), strategies.integers(1, 90), strategies.booleans()),
@@ -265,7 +266,7 @@ def test_any_layout_comes_back(sizes, crop, scale):
 # Sound.
 
 
-@hypothesis.settings(max_examples=max(1, hypothesis.settings.default.max_examples // 5))
+@hypothesis.settings(max_examples=examples(1 / 5))
 @hypothesis.given(
     strategies.integers(1, 12000),
     strategies.sampled_from([1, 2, 3, 4, 6, 8]),
@@ -413,7 +414,5 @@ class Writers(stateful.RuleBasedStateMachine):
             assert self.writer.frames == len(self.stage) and self.writer.closed == self.ended
 
 
-Writers.TestCase.settings = hypothesis.settings(
-    max_examples=max(1, hypothesis.settings.default.max_examples // 2), stateful_step_count=12
-)
+Writers.TestCase.settings = hypothesis.settings(max_examples=examples(1 / 2), stateful_step_count=12)
 TestWriters = Writers.TestCase
