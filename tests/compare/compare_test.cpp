@@ -247,6 +247,47 @@ TEST_CASE("a heat map is the second mesh, with its distance at each vertex") {
   CHECK(failure_of(a, b, options) == "no failure");
 }
 
+TEST_CASE("meshes in memory and streams of the caller are compared as files are") {
+  const Folder folder;
+  const std::vector<Mesh> a = balls(3),
+                          b = {noisy(a[0], 0.01, 1), noisy(a[1], 0.01, 2), noisy(a[2], 0.01, 3)};
+  Shown shown;
+  shown.frames = {7, 1, 7}; // by place, not by number
+  shown.scale_unknown = true;
+  shown.duration = {1, 50};
+  const std::string path_a = make_capture(folder, "a", a, shown),
+                    path_b = make_capture(folder, "b", b, shown);
+  const Result expected = compared(path_a, path_b);
+  const auto same = [&](const Sequence &in_a, const Sequence &in_b, const Result &as) {
+    Result found;
+    fvv::compare::compare(in_a, in_b, {}, found);
+    CHECK(found.frames.size() == 3);
+    for (const Way way : {forth, back}) {
+      CHECK(found.errors.distance[way].rms == as.errors.distance[way].rms);
+      CHECK(found.errors.d2[way] == as.errors.d2[way]);
+    }
+    CHECK(found.temporal->rms == as.temporal->rms);
+    CHECK(found.scale_unknown == as.scale_unknown);
+    CHECK(found.warnings.empty());
+  };
+  same(Sequence("a", a), Sequence(path_b), expected);
+  same(Sequence(path_a), Sequence("b", b), expected);
+  CHECK_THROWS_WITH(Sequence("empty", {}), Contains("empty: no frame has a mesh"));
+
+  const std::string stream = make_stream(folder, path_a, "a.fvv", "0.01");
+  const fvv::InputFile file(stream);
+  same(Sequence(file), Sequence(path_b), compared(stream, path_b));
+  size_t calls = 0, last = 0;
+  Options options;
+  options.progress = [&](size_t done, size_t pairs) {
+    CHECK((pairs == 3 && done == calls++));
+    last = done;
+  };
+  Result found;
+  fvv::compare::compare(Sequence(file), Sequence(file), options, found);
+  CHECK(last == 3);
+}
+
 TEST_CASE("what has no common measure is refused") {
   const Folder folder;
   const std::vector<Mesh> two = balls(2);

@@ -133,7 +133,7 @@ def compare(
     threads: None: one for each processor. The figures are the same.
     progress: called with the number of pairs of frames that are done, and of all.
 
-    The GIL is released. Raises `UsageError` for arguments, and `DamagedError` when nothing can be compared.
+    The GIL is released. Raises OSError, `UsageError` for arguments, and `DamagedError` when nothing can be compared.
     """
     if samples < 1 or samples > 100_000_000:
         raise UsageError(f"samples: expected 1 to 100000000, found {samples}")
@@ -199,6 +199,7 @@ def _given(argument: str, value: Comparable) -> Any:
     if isinstance(value, Clip):
         return value._stream
     if isinstance(value, (str, os.PathLike)):
+        os.stat(value)  # for the usual exceptions
         return os.fspath(value)
     if isinstance(value, Mesh) or _is_arrays(value):
         value = [value]

@@ -132,7 +132,8 @@ def render(
     threads: None: one for each processor. The picture is the same.
     layers: return a `Rendering` with depth, coverage and weights.
 
-    Returns uint8 (height, width, 3), red, green, blue, sRGB. The GIL is released. Warns (RuntimeWarning) of pictures that are
+    Returns uint8 (height, width, 3), red, green, blue, sRGB. The GIL is released. The frame that was drawn last stays decoded
+    until another one is drawn or the clip is closed: further poses are fast. Warns (RuntimeWarning) of pictures that are
     lost. The method is that of Budd, Grau and Schuebel, "Web delivery of free-viewpoint video of sport events" (BBC R&D White
     Paper 235, 2012), with the weights of Buehler et al., "Unstructured Lumigraph Rendering" (2001).
 

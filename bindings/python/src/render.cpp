@@ -86,18 +86,12 @@ py::dict render_frame(Stream &clip, size_t frame, const py::object &target, cons
   const view::Options options = options_of(target, given);
   const int64_t number = clip.number(frame);
   if (options.pictures) clip.check_pictures(frame);
-  const InputFile file(clip.reading(), clip.name());
   view::Result result;
   render::ViewPicture picture;
   std::vector<uint8_t> pixels;
   try {
     const py::gil_scoped_release release;
-    view::LoadOptions load;
-    load.memory = {clip.max_picture_memory(), "the limit max_picture_memory"};
-    load.pictures = options.pictures;
-    load.rung = clip.chosen_rung();
-    load.limits = &clip.core_limits();
-    picture = view::draw(view::load_frame(file, number, load), options, result);
+    picture = view::draw(*clip.loaded(number, options.pictures), options, result);
     pixels = view::eight_bits(picture);
   } catch (const StreamError &error) {
     clip.check_reading();

@@ -221,7 +221,8 @@ void Stream::meet(const fvv_diagnostic &d) {
 }
 
 Stream::Stream(const py::object &object, const std::string &name, size_t the_rung, const py::dict &given)
-    : limits(given), rung(the_rung), source(object, name), survey(source.file(), &limits.core) {
+    : limits(given), rung(the_rung), source(object, name), total(source.file().size()),
+      survey(source.file(), &limits.core) {
   run([&] {
     const fvv_input input = source.file().input();
     byte_count = input.size;
@@ -252,6 +253,10 @@ void Stream::close() {
     is_closed = true;
     return true;
   });
+  {
+    const std::lock_guard<std::mutex> guard(kept_lock);
+    kept.reset();
+  }
   source.close();
 }
 
@@ -654,8 +659,7 @@ fvv_status Stream::read_in_turn(void *user, uint64_t offset, void *out, size_t s
 }
 
 fvv_input Stream::reading() {
-  const uint64_t size = run([&] { return source.file().size(); });
-  return {read_in_turn, this, size};
+  return {read_in_turn, this, total};
 }
 
 void Stream::check_reading() {
@@ -669,6 +673,26 @@ void Stream::check_pictures(size_t i) {
     check_video(demux::views_of(configuration, rung, demux::Selection(), nullptr), limits, source.name());
     return true;
   });
+}
+
+std::shared_ptr<const view::Frame> Stream::loaded(int64_t frame_number, bool pictures) {
+  {
+    const std::lock_guard<std::mutex> guard(kept_lock);
+    if (kept && kept->number == frame_number && kept_pictures == pictures) return kept;
+  }
+  const fvv_input input = reading();
+  const InputFile file(input, source.name());
+  view::LoadOptions options;
+  options.memory = {limits.max_picture_memory, "the limit max_picture_memory"};
+  options.pictures = pictures;
+  options.rung = rung;
+  options.limits = &limits.core;
+  auto frame = std::make_shared<const view::Frame>(view::load_frame(file, frame_number, options));
+  const std::lock_guard<std::mutex> guard(kept_lock);
+  if (is_closed) return frame;
+  kept = frame;
+  kept_pictures = pictures;
+  return frame;
 }
 
 void register_stream(py::module_ &module) {

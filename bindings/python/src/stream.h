@@ -5,6 +5,7 @@
 #include "fvv_demux/frame_plan.h"
 #include "fvv_demux/views.h"
 #include "fvv_media/video.h"
+#include "fvv_view/frame.h"
 #include "source.h"
 #include "values.h"
 
@@ -82,8 +83,9 @@ public:
   void check_reading();
   // Throws Failure when the pictures of a frame are beyond the limits.
   void check_pictures(size_t i);
+  // A frame to be drawn; the last one is kept, until close. Without the GIL. Throws as view::load_frame.
+  std::shared_ptr<const view::Frame> loaded(int64_t frame_number, bool pictures);
   const fvv_limits &core_limits() const { return limits.core; }
-  uint64_t max_picture_memory() const { return limits.max_picture_memory; }
   size_t chosen_rung() const { return rung; }
   const std::string &name() const { return source.name(); }
 
@@ -107,6 +109,7 @@ private:
   const Limits limits;
   const size_t rung;
   Source source;
+  const uint64_t total; // bytes of it
   std::mutex lock;
   std::atomic<std::thread::id> owner{};
   std::atomic<bool> is_closed{false};
@@ -119,6 +122,9 @@ private:
   uint64_t video_configuration = 0;
   std::vector<fvv_diagnostic> met; // damage that reading ran into
   std::vector<std::string> sound_losses;
+  std::mutex kept_lock; // of all below
+  std::shared_ptr<const view::Frame> kept;
+  bool kept_pictures = false;
 };
 
 void register_stream(py::module_ &module);

@@ -141,10 +141,13 @@ def usd_pixels(stage, identifier, code, points):
 
 
 def test_tracked_meshes_in_usd(players, tmp_path):
-    from pxr import UsdGeom
+    from pxr import UsdGeom, UsdUtils
 
     with fvv.open(players) as clip:
         stage = stage_of(clip, tmp_path / "out.usdc")
+        checker = UsdUtils.ComplianceChecker(skipARKitRootLayerCheck=True)
+        checker.CheckCompliance(str(tmp_path / "out.usdc"))
+        assert checker.GetErrors() + checker.GetFailedChecks() + checker.GetWarnings() == []
         assert stage.GetTimeCodesPerSecond() == 25 == stage.GetFramesPerSecond()
         assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (0, 11)
         assert UsdGeom.GetStageMetersPerUnit(stage) == 1 and UsdGeom.GetStageUpAxis(stage) == "Y"

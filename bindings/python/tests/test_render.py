@@ -111,6 +111,10 @@ def test_a_source_of_ones_own_and_threads(players):
             thread.join()
         assert len(meshes) == 12 and len(reads) > before
         assert all((found[place] == picture).all() for place, picture in enumerate(expected))
+        # The frame that was drawn last is kept: other poses read nothing.
+        again, before = fvv.render(clip, 3, 0), len(reads)
+        assert (again == expected[0]).all() and fvv.render(clip, 3, 1).any() and len(reads) == before
+        fvv.render(clip, 8, 0)
         broken = True
         with pytest.raises(KeyError, match="gone"):
             fvv.render(clip, 3, 0)
@@ -279,5 +283,7 @@ def test_arguments_of_compare(players):
             fvv.compare(a, b, **options)
     with pytest.raises(fvv.Error, match="unlike frame rates"):
         fvv.compare(players, CONFORMANCE / "normals/cube.fvv")
+    with pytest.raises(FileNotFoundError):
+        fvv.compare(players, players.parent / "absent.fvv")
     with pytest.raises(ZeroDivisionError):
         fvv.compare(players, players, samples=10, progress=lambda done, pairs: 1 // (2 - done))
