@@ -321,6 +321,10 @@ std::vector<uint8_t> StreamWriter::layout_record(const std::vector<fvv_tile> &ti
   });
 }
 
+void StreamWriter::join(size_t group) {
+  check(fvv_writer_join(writer.get(), uint32_t(group)));
+}
+
 void StreamWriter::repeat_configuration() {
   check(fvv_writer_repeat_configuration(writer.get(), &diagnostic));
 }

@@ -65,6 +65,10 @@ public:
   // Writes file header and configuration. plan and sink are borrowed.
   StreamWriter(const Plan &plan, const Sink &sink, Nominal nominal = {});
 
+  const Nominal &nominal_values() const { return nominal; }
+
+  // Before the first group: its number, as if the groups before it had been written.
+  void join(size_t group);
   void repeat_configuration();
   void begin_group(size_t group);
   void mesh(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload, bool key);

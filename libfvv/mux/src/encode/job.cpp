@@ -1,19 +1,15 @@
-#include "fvv_mux/mux.h"
+#include "mux/src/encode/job.h"
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/parallel.h"
-#include "fvv_mux/encoder.h"
 #include "mux/src/choices.h"
 #include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
-#include "mux/src/sound/sound.h"
-#include "mux/src/stream_writer.h"
 #include "mux/src/summary_terms.h"
 #include "mux/src/visibility.h"
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <deque>
@@ -23,30 +19,6 @@
 namespace fvv::mux {
 
 namespace {
-
-// A piece of work for one thread. choice: finding the quality of the video; mesh, video: frames that are
-// encoded together.
-enum class Kind { choice, mesh, video };
-struct Piece {
-  Kind kind;
-  size_t track;        // of the plan's video tracks or mesh tracks
-  size_t first, count; // frames
-};
-
-// What a group waits for. Each thread fills its own items.
-struct TrackGroup {
-  std::vector<media::Sample> samples;
-  double quality = 0;
-  bool over_rate = false;
-};
-struct MeshGroup {
-  std::vector<MeshFrame> frames;
-  SurfaceFrames surfaces;
-};
-struct Group {
-  std::vector<MeshGroup> meshes;  // of each mesh track
-  std::vector<TrackGroup> videos; // of each video track
-};
 
 // Warns of what lost pieces or thin parts: a frame, by its report, or a track, by its sums. times: the error.
 // Returns whether it did.
@@ -95,9 +67,21 @@ bool warn_of_rates(const Summary &summary) {
   return warned;
 }
 
-class Job {
+} // namespace
+
+void warn_at_end(Summary &summary) {
+  Plan &plan = summary.plan;
+  if (warn_of_rates(summary)) plan.warned = true;
+  for (size_t k = 1; k < plan.meshes.size(); k++) {
+    const MeshTrack &track = plan.meshes[k];
+    const std::string name = plan.capture.path + ": rung " + std::to_string(track.rung);
+    if (warn_of_losses(plan, name, track.times, summary.meshes(k).decimation)) plan.warned = true;
+  }
+}
+
+class Job::State {
 public:
-  Job(Summary &sums, const Sink &out)
+  State(Summary &sums, const Sink &out)
       : plan(sums.plan), sink(out), summary(sums), surfaces(plan), room(plan.options.threads),
         promises(plan.tracks.size()), unwanted(plan.meshes.size()) {
     if (plan.has_meshes()) summary.lower_meshes.resize(plan.meshes.size() - 1);
@@ -109,6 +93,18 @@ public:
     for (size_t track = 0; track < plan.tracks.size(); track++)
       if (!plan.tracks[track].rung) add(Kind::choice, 0, track, 0, 0);
   }
+
+  // Everything is chosen, and begin() has been called in another job.
+  void join(const Nominal &nominal, size_t group) {
+    pieces.clear();
+    group_of.clear();
+    for (std::promise<void> &promise : promises) promise.set_value();
+    for (size_t track = 0; track < plan.meshes.size(); track++) unwanted[track] = !plan.meshes[track].sent;
+    writer.emplace(plan, sink, nominal);
+    writer->join(group);
+  }
+
+  const Nominal &nominal() const { return writer->nominal_values(); }
 
   // Encodes and writes all groups of the plan.
   void run() {
@@ -142,18 +138,37 @@ public:
   void finish(std::chrono::steady_clock::time_point start) {
     summary.bytes = writer->finish();
     summary.sounds = writer->sounds();
-    if (warn_of_rates(summary)) plan.warned = true;
-    for (size_t k = 1; k < plan.meshes.size(); k++) {
-      const MeshTrack &track = plan.meshes[k];
-      const std::string name = plan.capture.path + ": rung " + std::to_string(track.rung);
-      if (warn_of_losses(plan, name, track.times, summary.meshes(k).decimation)) plan.warned = true;
-    }
+    warn_at_end(summary);
     if (plan.capture.mesh_cache) summary.mesh_reads = scene::mesh_reads(*plan.capture.mesh_cache);
     summary.picture_reads = plan.videos->reads();
     summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
 private:
+  // A piece of work for one thread. choice: finding the quality of the video; mesh, video: frames that are
+  // encoded together.
+  enum class Kind { choice, mesh, video };
+  struct Piece {
+    Kind kind;
+    size_t track;        // of the plan's video tracks or mesh tracks
+    size_t first, count; // frames
+  };
+
+  // What a group waits for. Each thread fills its own items.
+  struct TrackGroup {
+    std::vector<media::Sample> samples;
+    double quality = 0;
+    bool over_rate = false;
+  };
+  struct MeshGroup {
+    std::vector<MeshFrame> frames;
+    SurfaceFrames surfaces;
+  };
+  struct Group {
+    std::vector<MeshGroup> meshes;  // of each mesh track
+    std::vector<TrackGroup> videos; // of each video track
+  };
+
   // first: the group that is listed as 0.
   void run_listed(size_t first) {
     groups.resize(plan.group_count());
@@ -440,7 +455,29 @@ private:
   std::deque<std::atomic<bool>> unwanted; // mesh tracks of which no more is encoded
 };
 
-} // namespace
+Job::Job(Summary &summary, const Sink &sink) : state(std::make_unique<State>(summary, sink)) {}
+
+Job::Job(Summary &summary, const Sink &sink, const Nominal &nominal, size_t group) : Job(summary, sink) {
+  state->join(nominal, group);
+}
+
+Job::~Job() = default;
+
+void Job::run() {
+  state->run();
+}
+
+void Job::run_group(size_t group) {
+  state->run_group(group);
+}
+
+const Nominal &Job::nominal() const {
+  return state->nominal();
+}
+
+void Job::finish(std::chrono::steady_clock::time_point start) {
+  state->finish(start);
+}
 
 void TrackBytes::add(uint64_t bytes) {
   chunks++;
@@ -478,299 +515,6 @@ void MeshChanges::add(const scene::MeshReport &source, const fvv_mesh_report &re
                     report.degenerate_faces || report.duplicate_faces || report.unreferenced_vertices ||
                     report.flipped_faces || report.dropped_components;
   max_error = std::max(max_error, report.max_error);
-}
-
-Muxer::Muxer(const Options &options, const Observer &observer) : start(std::chrono::steady_clock::now()) {
-  summary.plan = make_plan(options, observer);
-}
-
-Summary Muxer::run(const Sink &sink) {
-  Job job(summary, sink);
-  job.run();
-  job.finish(start);
-  return std::move(summary);
-}
-
-void verify(Summary &summary, const InputFile &file) {
-  summary.verdict = verify(summary.plan, summary.origins, file);
-}
-
-namespace {
-
-std::string words(size_t number, const char *noun) {
-  return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
-}
-
-// Refuses tiles that do not fit their frame or their cameras.
-void check_tiles(const Configuration &configuration, const EncodedTrack &track, const std::string &name) {
-  if (!media::find_video_codec(track.config.codec)) throw Error(name + ": unknown codec", Error::usage);
-  fvv_diagnostic diagnostic = {};
-  check(fvv_tiles_validate(track.tiles.data(), track.tiles.size(), track.config.width, track.config.height,
-                           &diagnostic),
-        name, diagnostic);
-  for (const fvv_tile &tile : track.tiles) {
-    const auto camera =
-        std::find_if(configuration.cameras.begin(), configuration.cameras.end(),
-                     [&](const CameraInput &one) { return one.calibration.id == tile.camera_id; });
-    const std::string which = name + ": camera " + std::to_string(tile.camera_id);
-    if (camera == configuration.cameras.end()) throw Error(which + " is not configured", Error::usage);
-    if (camera->pictures) throw Error(which + " has pictures besides", Error::usage);
-    const fvv_rect &part = tile.source;
-    if (uint32_t(part.x) + part.width > camera->calibration.width ||
-        uint32_t(part.y) + part.height > camera->calibration.height)
-      throw Error(which + ": the tile's source is not inside of its picture", Error::usage);
-  }
-}
-
-// The configuration as a capture whose frames are in memory. Frames and calibrations that change are added to
-// it.
-scene::Capture describe(const Configuration &configuration,
-                        const std::shared_ptr<scene::MemoryFrames> &memory) {
-  scene::Capture capture;
-  capture.path = "encoder";
-  capture.name = configuration.name;
-  capture.frame_duration = configuration.frame_duration;
-  capture.frames = {0, 0, 1};
-  capture.up = configuration.up;
-  capture.scale_unknown = configuration.scale_unknown;
-  capture.memory = memory;
-  if (configuration.meshes) capture.meshes = scene::Pattern::parse("mesh %d", nullptr);
-  if (!configuration.frame_duration.numerator || !configuration.frame_duration.denominator)
-    throw Error("encoder: frame duration: expected a fraction above 0, found " +
-                    std::to_string(configuration.frame_duration.numerator) + "/" +
-                    std::to_string(configuration.frame_duration.denominator),
-                Error::usage);
-  for (size_t i = 0; i < configuration.cameras.size(); i++) {
-    const CameraInput &input = configuration.cameras[i];
-    scene::Camera camera;
-    camera.calibration = input.calibration;
-    camera.set_name(input.name);
-    fvv_diagnostic diagnostic = {};
-    check(fvv_camera_validate(&camera.calibration, &diagnostic), "encoder: camera " + std::to_string(i),
-          diagnostic);
-    for (const scene::Camera &other : capture.cameras)
-      if (other.calibration.id == camera.calibration.id)
-        throw Error("encoder: two cameras have the identifier " + std::to_string(camera.calibration.id),
-                    Error::usage);
-    const std::string id = std::to_string(camera.calibration.id);
-    if (input.pictures) {
-      camera.pictures =
-          scene::PictureSource(*scene::Pattern::parse("picture of camera " + id + ", frame %d", nullptr));
-      camera.pictures->memory_camera = i;
-      if (input.masks) {
-        camera.masks =
-            scene::PictureSource(*scene::Pattern::parse("mask of camera " + id + ", frame %d", nullptr));
-        camera.masks->memory_camera = i;
-      }
-    }
-    if (input.visibility) {
-      if (!configuration.meshes)
-        throw Error("encoder: camera " + id + ": visibility needs meshes", Error::usage);
-      camera.memory_visibility = i;
-    }
-    capture.cameras.push_back(std::move(camera));
-  }
-  capture.sounds = sounds_of(configuration.sounds);
-  for (size_t i = 0; i < configuration.encoded.size(); i++)
-    check_tiles(configuration, configuration.encoded[i], "encoder: encoded track " + std::to_string(i));
-  return capture;
-}
-
-} // namespace
-
-struct Encoder::State {
-  Configuration configuration;
-  Options options;
-  Sink sink;
-  Observer observer;
-  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-  std::shared_ptr<scene::MemoryFrames> memory = std::make_shared<scene::MemoryFrames>();
-  scene::Capture capture; // until the plan is made
-  Summary summary;
-  std::optional<Job> job;
-  size_t group_size = 1;
-  bool shows_pictures = false;   // else nothing is left of a frame without a mesh
-  size_t added = 0;              // frames
-  size_t pending = 0;            // of these, in the stream and not in a group yet
-  GroupSpan next = {0, 0, 0, 0}; // the group that they will be
-  bool had_mesh = false;         // the frame before
-  bool met_mesh = false;         // any frame
-  size_t done = 0;               // groups that are written
-
-  scene::Capture &description() { return job ? summary.plan.capture : capture; }
-
-  // end: the first tick after it. Without a mesh there is nothing to plan by: groups wait for the first one.
-  void end_group(size_t end) {
-    next.count = pending;
-    next.end = int64_t(end);
-    if (job) extend_plan(summary.plan, next);
-    next = {next.first + pending, 0, next.end, next.end};
-    pending = 0;
-    if (configuration.meshes && !met_mesh) return;
-    if (!job) {
-      capture.frames.count = int64_t(next.first);
-      summary.plan = make_plan(std::move(capture), configuration.encoded, options, observer);
-      job.emplace(summary, sink);
-    }
-    for (size_t group = done; group < summary.plan.group_count(); group++) job->run_group(group);
-    done = summary.plan.group_count();
-    memory->drop_before(int64_t(end));
-  }
-
-  [[noreturn]] void refuse(const std::string &what) const {
-    throw Error("frame " + std::to_string(added) + ": " + what);
-  }
-
-  void check_picture(size_t i, uint32_t width, uint32_t height, const char *kind) const {
-    const fvv_camera &camera = configuration.cameras[i].calibration;
-    if (width != camera.width || height != camera.height)
-      refuse("camera " + std::to_string(camera.id) + ": expected a " + kind + " of " +
-             std::to_string(camera.width) + "x" + std::to_string(camera.height) + " pixels, found " +
-             std::to_string(width) + "x" + std::to_string(height));
-  }
-
-  // What the tracks have of a frame.
-  std::vector<media::Sample> samples_of(Frame &frame) const {
-    if (frame.samples.size() != configuration.encoded.size())
-      refuse("expected " + words(configuration.encoded.size(), "encoded sample") + ", found " +
-             std::to_string(frame.samples.size()));
-    std::vector<media::Sample> out;
-    for (size_t i = 0; i < frame.samples.size(); i++) {
-      fvv_video_config config = configuration.encoded[i].config;
-      config.record = configuration.encoded[i].record.data();
-      config.record_size = configuration.encoded[i].record.size();
-      const std::string name = "frame " + std::to_string(added) + ": encoded track " + std::to_string(i);
-      fvv_diagnostic diagnostic = {};
-      int key = 0;
-      check(fvv_video_sample_inspect(&config, frame.samples[i].data(), frame.samples[i].size(), &key,
-                                     &diagnostic),
-            name, diagnostic);
-      if (!key && !pending)
-        throw Error(name + ": expected a key frame, because a group " +
-                    (added % group_size ? "begins where the stage becomes empty"
-                                        : "of " + std::to_string(group_size) + " frames begins"));
-      out.push_back({std::move(frame.samples[i]), key != 0});
-    }
-    return out;
-  }
-
-  bool has_mesh(const Frame &frame) const {
-    return configuration.meshes && !(frame.mesh.positions.empty() && frame.mesh.faces.empty());
-  }
-
-  void check_frame(const Frame &frame) const {
-    const std::vector<CameraInput> &cameras = configuration.cameras;
-    // The planner sees meshes before the canonicaliser does.
-    if (has_mesh(frame)) geometry::check(frame.mesh, "frame " + std::to_string(added));
-    const auto check_count = [&](size_t found, const char *noun) {
-      if (found && found != cameras.size())
-        refuse("expected " + words(cameras.size(), noun) + ", one for each camera, found " +
-               std::to_string(found));
-    };
-    check_count(frame.pictures.size(), "picture");
-    check_count(frame.masks.size(), "mask");
-    check_count(frame.calibrations.size(), "calibration");
-    check_count(frame.visibility.size(), "visibility array");
-    for (size_t i = 0; i < configuration.sounds.size(); i++) {
-      const size_t places = configuration.sounds[i].per_frame.size();
-      if (places && places <= added)
-        refuse("sound " + std::to_string(i) + " moves, and has no position here");
-    }
-    for (size_t i = 0; i < cameras.size(); i++) {
-      if (cameras[i].pictures) {
-        if (frame.pictures.empty()) refuse("expected pictures");
-        std::visit([&](const auto &image) { check_picture(i, image.width, image.height, "picture"); },
-                   frame.pictures[i]);
-        if (cameras[i].masks) {
-          if (frame.masks.empty()) refuse("expected masks");
-          check_picture(i, frame.masks[i].width, frame.masks[i].height, "mask");
-        }
-      }
-      if (cameras[i].visibility && has_mesh(frame)) {
-        const size_t vertices = frame.mesh.vertex_count();
-        const size_t found = frame.visibility.empty() ? 0 : frame.visibility[i].size();
-        if (found != vertices)
-          refuse("camera " + std::to_string(cameras[i].calibration.id) + ": expected the visibility of " +
-                 std::to_string(vertices) + " vertices, found " + std::to_string(found));
-      }
-      if (!cameras[i].moves) continue;
-      if (frame.calibrations.empty()) refuse("expected calibrations, because cameras move");
-      fvv_diagnostic diagnostic = {};
-      check(fvv_camera_validate(&frame.calibrations[i], &diagnostic),
-            "frame " + std::to_string(added) + ": camera " + std::to_string(cameras[i].calibration.id),
-            diagnostic);
-    }
-  }
-};
-
-Encoder::Encoder(const Configuration &configuration, const Options &options, const Sink &sink,
-                 const Observer &observer)
-    : state(std::make_unique<State>()) {
-  state->configuration = configuration;
-  state->options = options;
-  state->options.frames.reset();
-  state->options.cameras.clear();
-  state->options.verify = false;
-  state->sink = sink;
-  state->observer = observer;
-  state->capture = describe(configuration, state->memory);
-  state->group_size = group_size_of(options, configuration.frame_duration);
-  state->shows_pictures = !configuration.encoded.empty() ||
-                          std::any_of(configuration.cameras.begin(), configuration.cameras.end(),
-                                      [](const CameraInput &camera) { return camera.pictures; });
-}
-
-Encoder::~Encoder() = default;
-
-void Encoder::check_next(const Frame &frame) const {
-  try {
-    state->check_frame(frame);
-  } catch (const Error &error) {
-    throw Error(error.what(), Error::usage);
-  }
-}
-
-void Encoder::add(Frame frame) {
-  State &s = *state;
-  s.observer.check_cancelled();
-  check_next(frame);
-  const bool has_mesh = s.has_mesh(frame), is_empty = s.configuration.meshes && !has_mesh;
-  if (is_empty && s.had_mesh && s.pending) s.end_group(s.added);
-  std::vector<media::Sample> samples = s.samples_of(frame);
-  const auto number = int64_t(s.added);
-  for (scene::Camera &camera : s.description().cameras)
-    for (size_t i = 0; i < s.configuration.cameras.size(); i++)
-      if (s.configuration.cameras[i].moves &&
-          s.configuration.cameras[i].calibration.id == camera.calibration.id) {
-        fvv_camera calibration = frame.calibrations[i];
-        calibration.name = nullptr;
-        calibration.name_size = 0;
-        camera.per_frame[number] = calibration;
-      }
-  if (is_empty) s.description().empty.insert(number);
-  if (is_empty && !s.shows_pictures) {
-    s.description().frames.left_out.push_back(number);
-  } else {
-    s.memory->put(number, {std::move(frame.mesh), std::move(frame.pictures), std::move(frame.masks),
-                           std::move(samples), std::move(frame.visibility)});
-    s.pending++;
-  }
-  s.had_mesh = has_mesh;
-  s.met_mesh = s.met_mesh || has_mesh;
-  s.added++;
-  if (s.added % s.group_size == 0 && s.pending) s.end_group(s.added);
-}
-
-Summary Encoder::finish() {
-  State &s = *state;
-  if (!s.added) throw Error("encoder: expected at least one frame before finish()", Error::usage);
-  if (s.configuration.meshes && !s.met_mesh)
-    throw Error("encoder: expected a frame with a mesh before finish(), found none", Error::usage);
-  if (s.pending) s.end_group(s.added);
-  s.summary.plan.warned = warn_of_lost_sound(s.summary.plan) || s.summary.plan.warned;
-  s.job->finish(s.start);
-  s.job.reset();
-  return std::move(s.summary);
 }
 
 } // namespace fvv::mux
