@@ -380,6 +380,11 @@ void OutputFolder::write(const std::string &relative, std::string_view bytes) {
   out->close();
 }
 
+void OutputFolder::expect(const std::string &relative) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  files.insert(relative);
+}
+
 void OutputFolder::finish_writing() {
   std::string list = std::string(list_head) + "\n" + tool_key + tool() + "\n";
   for (const std::string &file : files) list += file_key + file + "\n";

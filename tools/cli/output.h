@@ -113,6 +113,8 @@ public:
   // threads may call these.
   std::unique_ptr<FileWriter> create(const std::string &relative);
   void write(const std::string &relative, std::string_view bytes);
+  // A later run of this tool will add that file, which then counts as written by this one.
+  void expect(const std::string &relative);
   // The name of a file for messages.
   std::string shown(const std::string &relative) const;
 

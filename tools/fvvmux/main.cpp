@@ -5,6 +5,7 @@
 #include "fvv_mux/segments.h"
 #include "fvv_mux/summary.h"
 #include "fvv_scene/capture.h"
+#include "fvvmux/parts.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -310,15 +311,18 @@ int main(int argc, char **argv) {
   options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
   Outputs outputs;
   mux::OptionTexts texts;
+  PartCommand command;
   bool as_json = false;
   add_options(app, options, outputs, texts);
+  add_part_options(app, command);
   app.add_flag("--json", as_json, "print the summary as JSON");
   app.set_version_flag("--version", std::string("fvvmux ") + fvv_version());
   app.footer(footer);
   try {
     app.parse(argc, argv);
+    if (command.is_given()) check_part_options(app, command);
     const bool cuts = !outputs.segments.empty() && mux::is_stream(options.capture);
-    if (outputs.stream.empty() && !cuts) throw CLI::RequiredError("--output");
+    if (outputs.stream.empty() && !cuts && !command.is_given()) throw CLI::RequiredError("--output");
     if (!outputs.stream.empty() && cuts) throw CLI::ExcludesError("--output", "--segments of a .fvv file");
   } catch (const CLI::ParseError &error) {
     return app.exit(error) ? cli::usage : cli::done;
@@ -326,6 +330,7 @@ int main(int argc, char **argv) {
   return cli::run("fvvmux", [&] {
     cli::keep_freed_memory();
     mux::take_texts(options, texts);
+    if (command.is_given()) return run_part_command(command, options, outputs.stream, outputs.force, as_json);
     return outputs.stream.empty() ? cut_up(options, outputs, as_json) : pack(options, outputs, as_json);
   });
 }

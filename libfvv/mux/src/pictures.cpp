@@ -481,8 +481,9 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &ro
 template <class Sample>
 media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t first, size_t count,
                               EncoderRoom &room) {
-  if (std::optional<media::EncodedGroup> known = track.choice.frames->take_encoded(first, count))
-    return *known;
+  const std::shared_ptr<SampleFrames> known = track.choice.frames;
+  if (known)
+    if (std::optional<media::EncodedGroup> encoded = known->take_encoded(first, count)) return *encoded;
   struct Loaded {
     std::optional<media::PackedImage<Sample>> image;
     std::exception_ptr failure; // in its place; it names the frame
@@ -491,7 +492,7 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t 
   const uint64_t most_bytes = uint64_t(3) * sizeof(Sample) * track.tiling.width * track.tiling.height;
   EncoderRoom::Group group(room, count, most_bytes, [&](size_t i) -> uint64_t {
     try {
-      loaded[i].image = track.choice.frames->template take<Sample>(first + i);
+      if (known) loaded[i].image = known->template take<Sample>(first + i);
       if (!loaded[i].image)
         loaded[i].image.emplace(load_picture<Sample>(plan, track, first + i, false).image);
       return loaded[i].image->bytes();

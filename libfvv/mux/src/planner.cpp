@@ -1,10 +1,9 @@
-// From options and a capture to a plan.
+#include "mux/src/planner.h"
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/parallel.h"
-#include "fvv_mux/plan.h"
 #include "fvv_scene/text.h"
 #include "mux/src/background.h"
 #include "mux/src/choices.h"
@@ -43,9 +42,8 @@ bool leave_out_changing(scene::Capture &capture, const Observer &observer) {
   return true;
 }
 
-// Removes the frames, cameras, pictures and meshes that options exclude, and data that a stream cannot hold,
-// the latter with a warning; sorts the cameras into the order of the stream. Returns whether it warned.
-// Throws Error (usage) for options that do not fit the capture, and when nothing is left.
+} // namespace
+
 bool select(scene::Capture &capture, const Options &options, const Observer &observer) {
   if (options.frames) scene::restrict_frames(capture, *options.frames);
   scene::restrict_cameras(capture, options.cameras);
@@ -79,6 +77,8 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
             [](const auto &a, const auto &b) { return a.calibration.id < b.calibration.id; });
   return left_out;
 }
+
+namespace {
 
 // Frames without a mesh are frames where there are pictures; else nothing is left of them.
 void leave_out_empty(scene::Capture &capture) {

@@ -387,6 +387,11 @@ void StreamWriter::sound(const SoundChunk &chunk) {
   sound_bytes[chunk.track].add(chunk.payload.size());
 }
 
+void StreamWriter::chunk(const fvv_chunk_header &header, const uint8_t *payload) {
+  check(fvv_writer_chunk(writer.get(), header.type, header.track, header.flags, header.time, payload,
+                         size_t(header.size), &diagnostic));
+}
+
 void StreamWriter::end_group() {
   check(fvv_writer_end_group(writer.get(), &diagnostic));
 }

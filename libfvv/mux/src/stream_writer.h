@@ -85,6 +85,8 @@ public:
   // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
   uint64_t background(size_t frame);
   void sound(const SoundChunk &chunk);
+  // A chunk of a group that was written elsewhere.
+  void chunk(const fvv_chunk_header &header, const uint8_t *payload);
   // What was written so far, as Plan::sounds.
   const std::vector<TrackBytes> &sounds() const { return sound_bytes; }
   void end_group();

@@ -121,7 +121,7 @@ struct VideoChoice {
   double sample_rate = 0;      // bits a second
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;
-  std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once
+  std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once; may be NULL
 };
 
 // Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.

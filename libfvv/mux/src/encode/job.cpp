@@ -102,6 +102,7 @@ public:
     for (size_t track = 0; track < plan.meshes.size(); track++) unwanted[track] = !plan.meshes[track].sent;
     writer.emplace(plan, sink, nominal);
     writer->join(group);
+    first_written = group;
   }
 
   const Nominal &nominal() const { return writer->nominal_values(); }
@@ -394,7 +395,7 @@ private:
     const auto write_sound_before = [&](int64_t tick) {
       for (; sound != sounds.end() && sound->time < tick; ++sound) writer->sound(*sound);
     };
-    if (index && plan.options.repeat_configuration) writer->repeat_configuration();
+    if (index != first_written && plan.options.repeat_configuration) writer->repeat_configuration();
     writer->begin_group(index);
     for (size_t i = 0; i < count; i++) {
       write_sound_before(plan.tick_of(first + i)); // that of a frame after its pictures
@@ -445,6 +446,7 @@ private:
   Summary &summary;
   SurfaceCoder surfaces;
   EncoderRoom room;
+  size_t first_written = 0;           // group; the configuration is before it anyway
   std::optional<StreamWriter> writer; // once the choices of video are known
   std::vector<Piece> pieces;
   std::vector<size_t> group_of;

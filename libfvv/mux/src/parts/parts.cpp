@@ -1,0 +1,317 @@
+#include "fvv_mux/parts.h"
+#include "fvv/container.h"
+#include "fvv_cxx/error.h"
+#include "fvv_scene/text.h"
+#include "mux/src/encode/job.h"
+#include "mux/src/parts/plan_data.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+namespace fvv::mux {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr uint64_t largest_capture = uint64_t(16) << 20; // as scene::load_capture
+
+std::string group_text(size_t group) {
+  return "group " + std::to_string(group);
+}
+
+// Passes on what an observer takes, and collects the warnings.
+Observer collecting(const Observer &observer, std::vector<std::string> &warnings) {
+  Observer out = observer;
+  out.on_warning = [&warnings, warn = observer.on_warning](const std::string &text) {
+    warnings.push_back(text);
+    if (warn) warn(text);
+  };
+  return out;
+}
+
+// Sums of a group that warnings about the whole stream need.
+std::string report_of(const Summary &summary, size_t group, const std::vector<std::string> &warnings) {
+  Json rates = Json::array(), losses = Json::array();
+  for (size_t track = 0; track < summary.rates.size(); track++)
+    rates.push_back({{"bytes", summary.videos[track].payload},
+                     {"groups", summary.rates[track].groups},
+                     {"over", summary.rates[track].over}});
+  for (const MeshSums &sums : summary.lower_meshes)
+    losses.push_back({{"pieces", sums.decimation.vanished.pieces},
+                      {"area", sums.decimation.vanished.area},
+                      {"thin_area", sums.decimation.thin_area}});
+  const Json report = {{"fvv_part", 1},
+                       {"group", group},
+                       {"warnings", warnings},
+                       {"videos", std::move(rates)},
+                       {"lower_meshes", std::move(losses)}};
+  return report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+// Adds the sums of a part, and its warnings.
+void add_report(Summary &summary, const std::string &text, const std::string &name,
+                std::vector<std::string> &warnings) {
+  try {
+    const Json report = Json::parse(text);
+    for (const Json &line : report.at("warnings")) warnings.push_back(line);
+    for (size_t track = 0; track < summary.rates.size(); track++) {
+      const Json &video = report.at("videos").at(track);
+      summary.videos[track].payload += video.at("bytes").get<uint64_t>();
+      summary.rates[track].groups += video.at("groups").get<size_t>();
+      summary.rates[track].over += video.at("over").get<size_t>();
+    }
+    for (size_t k = 0; k < summary.lower_meshes.size(); k++) {
+      const Json &losses = report.at("lower_meshes").at(k);
+      DecimationSums &sums = summary.lower_meshes[k].decimation;
+      sums.vanished.pieces += losses.at("pieces").get<size_t>();
+      sums.vanished.area += losses.at("area").get<double>();
+      sums.thin_area += losses.at("thin_area").get<double>();
+    }
+  } catch (const Json::exception &error) {
+    throw Error(name + ": the report of the part is damaged: " + error.what());
+  }
+}
+
+void size_sums(Summary &summary) {
+  const Plan &plan = summary.plan;
+  summary.videos.resize(plan.tracks.size());
+  summary.rates.resize(plan.tracks.size());
+  if (plan.has_meshes()) summary.lower_meshes.resize(plan.meshes.size() - 1);
+}
+
+// Passes bytes on, and keeps those that are written while kept is set.
+struct Tee {
+  const Sink &sink;
+  std::string *kept = nullptr; // borrowed
+
+  void write(const void *bytes, size_t size) const {
+    if (kept) kept->append(static_cast<const char *>(bytes), size);
+    sink(bytes, size);
+  }
+};
+
+constexpr size_t header_size = 32; // of a chunk
+
+// Copies the group of a part into a stream, every byte checked.
+class PartReader {
+public:
+  PartReader(size_t number, const InputFile &stream)
+      : group(number), file(stream), reader(nullptr, fvv_reader_destroy) {
+    fvv_reader *created = nullptr;
+    if (fvv_reader_create(nullptr, nullptr, 0, &created) < 0) throw std::bad_alloc();
+    reader.reset(created);
+    if (fvv_reader_join(created) < 0) throw std::bad_alloc();
+  }
+
+  // head: file header and configuration, with which the part has to begin. tee: what writer writes to.
+  void copy(const std::string &head, StreamWriter &writer, Tee &tee) {
+    check_head(head);
+    fvv_event event = {};
+    while (next(event)) {
+      if (event.kind == FVV_EVENT_DAMAGE) fvv::fail(file.path(), event.diagnostic);
+      if (event.kind != FVV_EVENT_CHUNK || event.offset < head.size()) continue;
+      const fvv_chunk_header &chunk = event.chunk;
+      if (complete) throw Error(file.path() + ": expected one group, found more after it");
+      if (chunk.type == FVV_CHUNK_GROUP) {
+        std::string written;
+        tee.kept = &written;
+        writer.begin_group(group);
+        tee.kept = nullptr;
+        check_group(event, written);
+      } else if (chunk.type == FVV_CHUNK_GROUP_END) {
+        writer.end_group();
+        complete = true;
+      } else {
+        writer.chunk(chunk, event.payload);
+      }
+    }
+    if (!complete) throw Error(file.path() + ": expected " + group_text(group) + ", found no group");
+  }
+
+private:
+  void check_head(const std::string &head) const {
+    const std::string wrong =
+        file.path() + ": its configuration is not that of the plan: it is a part of another one";
+    if (file.size() < head.size()) throw Error(wrong);
+    std::string found(head.size(), '\0');
+    const fvv_input input = file.input();
+    if (input.read_at(input.user, 0, found.data(), found.size()) < 0)
+      throw Error(file.path() + ": cannot read");
+    if (found != head) throw Error(wrong);
+  }
+
+  // written: GRUP as the plan has it.
+  void check_group(const fvv_event &event, const std::string &written) const {
+    if (written.size() < header_size + event.chunk.size ||
+        std::memcmp(written.data() + header_size, event.payload, size_t(event.chunk.size)) != 0)
+      throw Error(file.path() + ": is not " + group_text(group) + " of the plan: the part of another group");
+  }
+
+  // False at the end.
+  bool next(fvv_event &event) {
+    const fvv_input input = file.input();
+    for (;;) {
+      fvv_diagnostic diagnostic = {};
+      const fvv_status status = fvv_reader_next(reader.get(), &event, &diagnostic);
+      if (status == FVV_END) return false;
+      if (status != FVV_NEED_DATA) {
+        fvv::check(status, file.path(), diagnostic);
+        return true;
+      }
+      bytes.resize(size_t(std::min<uint64_t>(size_t(1) << 20, file.size() - offset)));
+      if (bytes.empty()) {
+        fvv_reader_finish(reader.get());
+        continue;
+      }
+      if (input.read_at(input.user, offset, bytes.data(), bytes.size()) < 0)
+        throw Error(file.path() + ": cannot read");
+      if (fvv_reader_push(reader.get(), bytes.data(), bytes.size()) < 0) throw std::bad_alloc();
+      offset += bytes.size();
+    }
+  }
+
+  const size_t group;
+  const InputFile &file;
+  std::unique_ptr<fvv_reader, void (*)(fvv_reader *)> reader;
+  std::vector<uint8_t> bytes;
+  uint64_t offset = 0;
+  bool complete = false;
+};
+
+} // namespace
+
+struct PartPlan::State {
+  PlanData data;
+  std::string first_report;
+};
+
+PartPlan::PartPlan(const Options &options, const Observer &observer, const Sink &first)
+    : state(std::make_unique<State>()) {
+  PlanData data;
+  Options given = options;
+  // Others encode from another current folder.
+  given.capture = std::filesystem::absolute(scene::description_file(options.capture)).string();
+  data.capture = scene::read_file(given.capture, largest_capture);
+  Summary summary;
+  summary.plan = make_plan(given, collecting(observer, data.warnings));
+  std::vector<std::string> warnings;
+  summary.plan.observer = collecting(observer, warnings);
+  Job job(summary, first);
+  job.run_group(0);
+  data.nominal = job.nominal();
+  state->first_report = report_of(summary, 0, warnings);
+  data.plan = summary.plan;
+  // What was loaded for planning is not needed any more.
+  state->data = load_plan(save_plan(std::move(data)), given.capture, {});
+}
+
+PartPlan::PartPlan(std::string_view bytes, const std::string &name, const std::string &capture)
+    : state(std::make_unique<State>()) {
+  state->data = load_plan(bytes, name, capture.empty() ? capture : scene::description_file(capture));
+}
+
+PartPlan::~PartPlan() = default;
+PartPlan::PartPlan(PartPlan &&) noexcept = default;
+
+std::string PartPlan::bytes() const {
+  return save_plan(state->data);
+}
+
+const std::string &PartPlan::first_report() const {
+  return state->first_report;
+}
+
+size_t PartPlan::group_count() const {
+  return state->data.plan.group_count();
+}
+
+size_t PartPlan::frame_count() const {
+  return state->data.plan.frame_count();
+}
+
+size_t PartPlan::frames_of(size_t group) const {
+  return state->data.plan.frames_of(group);
+}
+
+std::vector<std::string> PartPlan::files_of(size_t group) const {
+  const Plan &plan = state->data.plan;
+  scene::Capture capture = plan.capture;
+  const int64_t from = plan.tick_of(plan.first_of(group));
+  const int64_t to = plan.tick_of(plan.first_of(group) + plan.frames_of(group) - 1);
+  scene::Frames &frames = capture.frames;
+  frames.first += from * frames.step;
+  frames.count = int64_t(plan.frames_of(group));
+  frames.left_out.clear();
+  for (const int64_t place : plan.capture.frames.left_out)
+    if (place > from && place < to) frames.left_out.push_back(place - from);
+  capture.sounds.clear(); // they are in the plan, as the background is
+  capture.background.reset();
+  std::vector<std::string> files;
+  scene::visit_files(capture, [&](const std::string &path) { files.push_back(path); });
+  std::sort(files.begin(), files.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  return files;
+}
+
+std::string PartPlan::encode(size_t group, uint32_t threads, const Sink &sink,
+                             const Observer &observer) const {
+  const PlanData &data = state->data;
+  if (group >= group_count())
+    throw Error(group_text(group) + ": expected a number below " + std::to_string(group_count()) +
+                    ", the groups of the plan",
+                Error::usage);
+  const std::string &capture = data.plan.capture.path;
+  if (scene::read_file(capture, largest_capture) != data.capture)
+    throw Error(capture + ": is not the file that was planned: it has changed, or is another capture");
+  std::vector<std::string> warnings;
+  Summary summary;
+  summary.plan = data.plan;
+  summary.plan.options.threads = threads;
+  summary.plan.observer = collecting(observer, warnings);
+  summary.plan.videos = std::make_shared<scene::Videos>(threads);
+  Job job(summary, sink, data.nominal, group);
+  job.run_group(group);
+  return report_of(summary, group, warnings);
+}
+
+void PartPlan::check_complete(const std::string &name, const std::vector<bool> &there) const {
+  scene::Gaps missing(1);
+  for (size_t group = 0; group < group_count(); group++)
+    if (group >= there.size() || !there[group]) missing.add(int64_t(group));
+  if (missing.ranges().empty()) return;
+  const bool one = missing.ranges().size() == 1 && missing.ranges()[0].first == missing.ranges()[0].last;
+  throw Error(name + ": of " + std::to_string(group_count()) + " groups " + missing.text() +
+              (one ? " is" : " are") + " missing");
+}
+
+Merged PartPlan::merge(const std::function<Part(size_t group)> &open_part, const Sink &sink,
+                       const Observer &observer) const {
+  const PlanData &data = state->data;
+  Merged merged;
+  merged.warnings = data.warnings;
+  Summary summary;
+  summary.plan = data.plan;
+  size_sums(summary);
+  std::string head;
+  Tee tee = {sink, &head};
+  const Sink through_tee = [&tee](const void *bytes, size_t size) { tee.write(bytes, size); };
+  StreamWriter writer(summary.plan, through_tee, data.nominal);
+  tee.kept = nullptr;
+  for (size_t group = 0; group < group_count(); group++) {
+    observer.check_cancelled();
+    const Part part = open_part(group);
+    if (group && data.plan.options.repeat_configuration) writer.repeat_configuration();
+    PartReader(group, *part.stream).copy(head, writer, tee);
+    add_report(summary, part.report, part.stream->path(), merged.warnings);
+    observer.progress(frames_of(group));
+  }
+  merged.bytes = writer.finish();
+  summary.plan.observer = collecting({}, merged.warnings);
+  warn_at_end(summary);
+  return merged;
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,397 @@
+#include "mux/src/parts/plan_data.h"
+#include "fvv/container.h"
+#include "fvv_cxx/error.h"
+#include "mux/src/background.h"
+#include "mux/src/meshes.h"
+#include "mux/src/pictures.h"
+#include "mux/src/planner.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <type_traits>
+#include <utility>
+
+namespace fvv::mux {
+
+namespace {
+
+using Json = nlohmann::json;
+
+// The fields of each structure, in the order in which they are saved. A structured binding names all of them,
+// so that a field that is added to a structure does not compile before it is decided here whether it is
+// saved. Left out are objects that are made again from what is saved.
+struct Fields {
+  template <class A> static void of(A &a, fvv_rational &v) {
+    auto &[numerator, denominator] = v;
+    a(numerator, denominator);
+  }
+  template <class A> static void of(A &a, fvv_rect &v) {
+    auto &[x, y, width, height] = v;
+    a(x, y, width, height);
+  }
+  template <class A> static void of(A &a, fvv_tile &v) {
+    auto &[camera, source, destination] = v;
+    a(camera, source, destination);
+  }
+  template <class A> static void of(A &a, Range &v) {
+    auto &[first, last] = v;
+    a(first, last);
+  }
+  template <class A> static void of(A &a, geometry::Lattice &v) {
+    auto &[origin, step] = v;
+    a(origin, step);
+  }
+  template <class A> static void of(A &a, Quality &v) {
+    auto &[is_psnr, value] = v;
+    a(is_psnr, value);
+  }
+  template <class A> static void of(A &a, Length &v) {
+    auto &[value, metric] = v;
+    a(value, metric);
+  }
+  template <class A> static void of(A &a, TileSize &v) {
+    auto &[width, height] = v;
+    a(width, height);
+  }
+  template <class A> static void of(A &a, Rung &v) {
+    auto &[scale, bit_rate] = v;
+    a(scale, bit_rate);
+  }
+  template <class A> static void of(A &a, MaxError &v) {
+    auto &[value, unit] = v;
+    a(value, unit);
+  }
+  template <class A> static void of(A &a, FrameLimit &v) {
+    auto &[width, height, pixels, name] = v;
+    a(width, height, pixels, name);
+  }
+  template <class A> static void of(A &a, Options &v) {
+    auto &[capture, codec, bit_depth, quality, bit_rate, tile, scale, atlas_scale, ladder, mesh_ladder,
+           texture_bits, background, step, max_error, triangles, keep_geometry, group, mesh_level,
+           mesh_profile, delta, normals, winding, min_component, threads, frames, cameras, pictures, meshes,
+           repeat_configuration, live, verify, crop, visibility, colours, match_colours, colour_cells,
+           texture_threshold, texture_best, texture_unseen, texture_blend, texture_depth_bias,
+           texture_depth_slope, texture_inset, undistort, undistort_alpha, skip_bad_frames, environment,
+           sound, sound_bit_rate, sound_channels, video_pixels, video_size, video_tracks, frame_limit] = v;
+    a(capture, codec, bit_depth, quality, bit_rate, tile, scale, atlas_scale, ladder, mesh_ladder,
+      texture_bits, background, step, max_error, triangles, keep_geometry, group, mesh_level, mesh_profile,
+      delta, normals, winding, min_component, frames, cameras, pictures, meshes, repeat_configuration, live,
+      crop, visibility, colours, match_colours, colour_cells, texture_threshold, texture_best, texture_unseen,
+      texture_blend, texture_depth_bias, texture_depth_slope, texture_inset, undistort, undistort_alpha,
+      skip_bad_frames, environment, sound, sound_bit_rate, sound_channels, video_pixels, video_size,
+      video_tracks, frame_limit);
+  }
+  template <class A> static void of(A &a, decimate::Sight &v) {
+    auto &[metres_per_pixel, distance, camera] = v;
+    a(metres_per_pixel, distance, camera);
+  }
+  template <class A> static void of(A &a, decimate::Budget &v) {
+    auto &[pixels, triangles, min_piece, lattice] = v;
+    a(pixels, triangles, min_piece, lattice);
+  }
+  template <class A> static void of(A &a, ErrorBudget &v) {
+    auto &[value, is_length, reason, nearest] = v;
+    a(value, is_length, reason, nearest);
+  }
+  template <class A> static void of(A &a, LatticeChoice &v) {
+    auto &[lattice, reason, pixels, delta_error] = v;
+    a(lattice, reason, pixels, delta_error);
+  }
+  template <class A> static void of(A &a, DecimationChoice &v) {
+    auto &[on, budget, pixel, reach, is_length, reason] = v;
+    a(on, budget, pixel, reach, is_length, reason);
+  }
+  template <class A> static void of(A &a, NormalChoice &v) {
+    auto &[bits, reason] = v;
+    a(bits, reason);
+  }
+  template <class A> static void of(A &a, WindingChoice &v) {
+    auto &[flip, by_cameras, turned_away] = v;
+    a(flip, by_cameras, turned_away);
+  }
+  template <class A> static void of(A &a, VisibilityChoice &v) {
+    auto &[on, open, threshold, cosine, cameras, reason] = v;
+    a(on, open, threshold, cosine, cameras, reason);
+  }
+  template <class A> static void of(A &a, ColourChoice &v) {
+    auto &[on, cell_size, step, cameras, reason] = v;
+    a(on, cell_size, step, cameras, reason);
+  }
+  template <class A> static void of(A &a, render::CameraMatch &v) {
+    auto &[gain, matched, places] = v;
+    a(gain, matched, places);
+  }
+  template <class A> static void of(A &a, render::ColourMatch &v) {
+    auto &[cameras, before, after] = v;
+    a(cameras, before, after);
+  }
+  template <class A> static void of(A &a, MatchChoice &v) {
+    auto &[on, reason, cameras, frames, found, tables] = v;
+    a(on, reason, cameras, frames, found);
+  }
+  template <class A> static void of(A &a, render::TextureInset &v) {
+    auto &[inset, before, after, views, better, pixels] = v;
+    a(inset, before, after, views, better, pixels);
+  }
+  template <class A> static void of(A &a, InsetChoice &v) {
+    auto &[inset, reason, frame, found] = v;
+    a(inset, reason, frame, found);
+  }
+  template <class A> static void of(A &a, Tiling &v) {
+    auto &[cameras, tiles, width, height] = v;
+    a(cameras, tiles, width, height);
+  }
+  template <class A> static void of(A &a, media::VideoSettings &v) {
+    auto &[codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft] = v;
+    a(codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft);
+  }
+  template <class A> static void of(A &a, VideoChoice &v) {
+    auto &[settings, masks, sample_frames, sample_psnr, sample_rate, record, codec_string, frames] = v;
+    a(settings, masks, sample_frames, sample_psnr, sample_rate, record, codec_string);
+  }
+  template <class A> static void of(A &a, Silhouette &v) {
+    auto &[left, top, right, bottom] = v;
+    a(left, top, right, bottom);
+  }
+  template <class A> static void of(A &a, CropChoice &v) {
+    auto &[on, by_masks, by_mesh, reason, whole_pixels, boxes] = v;
+    a(on, by_masks, by_mesh, reason, whole_pixels, boxes);
+  }
+  template <class A> static void of(A &a, VideoTrack &v) {
+    auto &[shows, tiling, choice, groups, part, encoded, sample, rung, best, id, alternate_group] = v;
+    a(shows, tiling, choice, groups, part, sample, rung, best, id, alternate_group);
+  }
+  template <class A> static void of(A &a, MeshTrack &v) {
+    auto &[rung, times, lattice, decimation, geometry, id, visibility, colours, sent, saving] = v;
+    a(rung, times, lattice, decimation, id, visibility, colours, sent, saving);
+  }
+  template <class A> static void of(A &a, scene::Seconds &v) {
+    auto &[numerator, denominator] = v;
+    a(numerator, denominator);
+  }
+  template <class A> static void of(A &a, scene::SoundSource &v) {
+    auto &[file, stream, offset, first, title, language, position, per_frame, memory] = v;
+    a(file, stream, offset, first, title, language, position, per_frame);
+  }
+  template <class A> static void of(A &a, media::SoundFormat &v) {
+    auto &[codec, rate, channels, packet_duration, preroll, record] = v;
+    a(codec, rate, channels, packet_duration, preroll, record);
+  }
+  template <class A> static void of(A &a, media::SoundPackets &v) {
+    auto &[format, start, packets, encoded, before, goes_on, warnings] = v;
+    a(format, start, packets, encoded, before, goes_on, warnings);
+  }
+  template <class A> static void of(A &a, SoundTrack &v) {
+    auto &[source, packets] = v;
+    a(source, packets);
+  }
+  template <class A> static void of(A &a, PackedBackground &v) {
+    auto &[payload, lattice, reason, parts, pictures, lights, vertices, faces, mesh_bytes, picture_bytes,
+           max_error, warnings] = v;
+    a(payload, lattice, reason, parts, pictures, lights, vertices, faces, mesh_bytes, picture_bytes,
+      max_error, warnings);
+  }
+  template <class A> static void of(A &a, GroupSpan &v) {
+    auto &[first, count, start, end] = v;
+    a(first, count, start, end);
+  }
+  template <class A> static void of(A &a, BadFrame &v) {
+    auto &[number, reason] = v;
+    a(number, reason);
+  }
+  template <class A> static void of(A &a, scene::Frames &v) {
+    auto &[first, count, step, left_out] = v;
+    a(first, count, step, left_out);
+  }
+  template <class A> static void of(A &a, Nominal &v) {
+    auto &[rates, sizes] = v;
+    a(rates, sizes);
+  }
+  // Of the capture, what files say; sources are for a summary alone.
+  template <class A> static void of(A &a, Plan &v) {
+    auto &[options, observer, capture, group_size, groups, bad, tracked, error, lattice, meshes,
+           shares_meshes, normals, winding, texture_bits, tracks, videos, sources, warned, crop, whole,
+           visibility, match, inset, colours, undistortion, background, sounds, frame_limit] = v;
+    a(options, capture.frames, capture.empty, group_size, groups, bad, tracked, error, lattice, meshes,
+      shares_meshes, normals, winding, texture_bits, tracks, warned, crop, whole, visibility, match, inset,
+      colours, background, sounds, frame_limit);
+  }
+  template <class A> static void of(A &a, PlanData &v) {
+    auto &[plan, nominal, capture, warnings] = v;
+    a(plan, nominal, capture, warnings);
+  }
+};
+
+// A structure becomes an array of its fields; everything else is as JSON has it, and bytes are binary.
+class Saver {
+public:
+  template <class... Values> void operator()(Values &...values) { (list.push_back(saved(values)), ...); }
+
+  template <class T> static Json saved(T &value) {
+    if constexpr (std::is_enum_v<T>) {
+      return static_cast<std::underlying_type_t<T>>(value);
+    } else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
+      return value;
+    } else if constexpr (std::is_array_v<T>) {
+      Json list = Json::array();
+      for (auto &one : value) list.push_back(saved(one));
+      return list;
+    } else {
+      return saved_object(value);
+    }
+  }
+
+  Json list = Json::array();
+
+private:
+  template <class T> static Json saved_object(T &value) {
+    Saver saver;
+    Fields::of(saver, value);
+    return std::move(saver.list);
+  }
+  static Json saved_object(std::vector<uint8_t> &value) { return Json::binary(value); }
+  template <class T> static Json saved_object(std::vector<T> &value) { return saved_items(value); }
+  template <class T, size_t n> static Json saved_object(std::array<T, n> &value) {
+    return saved_items(value);
+  }
+  template <class T> static Json saved_object(std::set<T> &value) { return saved_items(value); }
+  template <class K, class T> static Json saved_object(std::map<K, T> &value) {
+    Json list = Json::array();
+    for (auto &[key, one] : value) list.push_back({key, saved(one)});
+    return list;
+  }
+  template <class T> static Json saved_object(std::optional<T> &value) {
+    return value ? Json::array({saved(*value)}) : Json();
+  }
+  template <class T> static Json saved_object(std::shared_ptr<const T> &value) {
+    if (!value) return {};
+    T copy = *value;
+    return Json::array({saved(copy)});
+  }
+  template <class Items> static Json saved_items(Items &items) {
+    Json list = Json::array();
+    for (auto &one : items) list.push_back(saved(one));
+    return list;
+  }
+};
+
+class Loader {
+public:
+  explicit Loader(const Json &saved) : list(saved) {}
+
+  template <class... Values> void operator()(Values &...values) {
+    size_t next = 0;
+    (load(list.at(next++), values), ...);
+  }
+
+  template <class T> static void load(const Json &saved, T &value) {
+    if constexpr (std::is_enum_v<T>) {
+      value = static_cast<T>(saved.get<std::underlying_type_t<T>>());
+    } else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
+      value = saved.get<T>();
+    } else if constexpr (std::is_array_v<T>) {
+      size_t next = 0;
+      for (auto &one : value) load(saved.at(next++), one);
+    } else {
+      load_object(saved, value);
+    }
+  }
+
+private:
+  template <class T> static void load_object(const Json &saved, T &value) {
+    Loader loader(saved);
+    Fields::of(loader, value);
+  }
+  static void load_object(const Json &saved, std::vector<uint8_t> &value) { value = saved.get_binary(); }
+  template <class T> static void load_object(const Json &saved, std::vector<T> &value) {
+    value.resize(saved.size());
+    for (size_t i = 0; i < saved.size(); i++) load(saved.at(i), value[i]);
+  }
+  template <class T, size_t n> static void load_object(const Json &saved, std::array<T, n> &value) {
+    for (size_t i = 0; i < n; i++) load(saved.at(i), value[i]);
+  }
+  template <class T> static void load_object(const Json &saved, std::set<T> &value) {
+    value.clear();
+    for (const Json &one : saved) {
+      T item;
+      load(one, item);
+      value.insert(item);
+    }
+  }
+  template <class K, class T> static void load_object(const Json &saved, std::map<K, T> &value) {
+    value.clear();
+    for (const Json &one : saved) load(one.at(1), value[one.at(0).get<K>()]);
+  }
+  template <class T> static void load_object(const Json &saved, std::optional<T> &value) {
+    value.reset();
+    if (!saved.is_null()) load(saved.at(0), value.emplace());
+  }
+  template <class T> static void load_object(const Json &saved, std::shared_ptr<const T> &value) {
+    value.reset();
+    if (saved.is_null()) return;
+    T loaded;
+    load(saved.at(0), loaded);
+    value = std::make_shared<const T>(std::move(loaded));
+  }
+
+  const Json &list;
+};
+
+// Changes with every change of Fields.
+constexpr int plan_version = 1;
+
+std::string version_text() {
+  return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);
+}
+
+// What plan_frames() did with the capture, and the objects that are not saved.
+void complete(PlanData &data, const std::string &path) {
+  Plan &plan = data.plan;
+  const scene::Frames frames = plan.capture.frames;
+  const std::set<int64_t> empty = plan.capture.empty;
+  plan.capture = scene::parse_capture(data.capture, path);
+  plan.capture.mesh_cache = scene::make_mesh_cache();
+  select(plan.capture, plan.options, {});
+  plan.capture.frames = frames;
+  plan.capture.empty = empty;
+  plan.capture.flip_faces = plan.winding.flip;
+  if (plan.options.undistort)
+    plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, plan.options.undistort_alpha);
+  if (plan.match.on) plan.match.tables = gain_tables(plan.match, plan.capture.cameras.size());
+  for (MeshTrack &track : plan.meshes)
+    track.geometry = std::make_shared<Geometry>(plan, track.decimation, plan.whole);
+}
+
+} // namespace
+
+std::string save_plan(PlanData data) {
+  const std::vector<uint8_t> fields = Json::to_cbor(Saver::saved(data));
+  const Json file = {{"fvv_plan", version_text()},
+                     {"crc32c", fvv_crc32c(0, fields.data(), fields.size())},
+                     {"plan", Json::binary(fields)}};
+  std::string bytes;
+  Json::to_cbor(file, bytes);
+  return bytes;
+}
+
+PlanData load_plan(std::string_view bytes, const std::string &name, const std::string &capture) {
+  PlanData data;
+  try {
+    const Json file = Json::from_cbor(bytes.begin(), bytes.end());
+    const auto &made_by = file.at("fvv_plan").get_ref<const std::string &>();
+    if (made_by != version_text())
+      throw Error(name + ": is a plan of " + made_by + ", expected one of " + version_text() +
+                  ": plan again, with the version that encodes");
+    const std::vector<uint8_t> &fields = file.at("plan").get_binary();
+    if (fvv_crc32c(0, fields.data(), fields.size()) != file.at("crc32c").get<uint32_t>())
+      throw Error(name + ": the plan is damaged: its checksum is wrong");
+    Loader::load(Json::from_cbor(fields), data);
+  } catch (const Json::exception &) {
+    throw Error(name + ": is no plan, or a damaged one");
+  }
+  complete(data, capture.empty() ? data.plan.options.capture : capture);
+  return data;
+}
+
+} // namespace fvv::mux
