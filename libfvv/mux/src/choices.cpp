@@ -294,7 +294,7 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
   else if (automatic && !given && choice.cameras.size() == 1)
     choice.reason = "one camera alone costs a player one depth map";
   else {
-    choice.on = true;
+    choice.on = choice.known = true;
     choice.open = automatic && !given;
     choice.reason = !automatic ? "--visibility" : given ? "it comes with the frames" : "";
   }

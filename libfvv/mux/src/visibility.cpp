@@ -271,9 +271,12 @@ SurfaceFrames SurfaceCoder::encode(const MeshTrack &track, size_t first,
     if (meshes[i].payload.empty()) continue;
     const bool followed = i + 1 < meshes.size() && !meshes[i + 1].key;
     const fvv_mesh &mesh = decoded.next(meshes[i], followed);
-    if (visible)
-      frames.visibility[i] =
+    const bool for_colours = choice.known && plan.colours.on && meshes[i].key;
+    if (visible || for_colours) {
+      VisibilityFrame frame =
           coder.code(mesh, !meshes[i].key, cameras_of(first + i, choice.cameras), given(first + i, mesh));
+      if (visible) frames.visibility[i] = std::move(frame);
+    }
     if (plan.colours.on && meshes[i].key)
       frames.colours[i] =
           colours(track, first + i, mesh, cameras_of(first + i, plan.colours.cameras), coder.states());

@@ -68,7 +68,8 @@ struct WindingChoice {
 
 struct VisibilityChoice {
   bool on = false;
-  bool open = false; // whether it pays is decided by the first group
+  bool open = false;  // whether it pays is decided by the first group
+  bool known = false; // found for colours in any case: those of the first group are made before the decision
   uint8_t threshold = FVV_VISIBILITY_THRESHOLD;
   double cosine = 0.25;        // the places for which players use a camera
   std::vector<size_t> cameras; // indices in Capture::cameras

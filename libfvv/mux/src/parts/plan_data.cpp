@@ -111,8 +111,8 @@ struct Fields {
     a(flip, by_cameras, turned_away);
   }
   template <class A> static void of(A &a, VisibilityChoice &v) {
-    auto &[on, open, threshold, cosine, cameras, reason] = v;
-    a(on, open, threshold, cosine, cameras, reason);
+    auto &[on, open, known, threshold, cosine, cameras, reason] = v;
+    a(on, open, known, threshold, cosine, cameras, reason);
   }
   template <class A> static void of(A &a, ColourChoice &v) {
     auto &[on, cell_size, step, cameras, reason] = v;
