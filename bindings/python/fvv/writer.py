@@ -34,7 +34,7 @@ def _text(name: str, value: Any) -> str:
     return str(value)
 
 
-def _options(given: Mapping[str, Any]) -> dict[str, str]:
+def option_texts(given: Mapping[str, Any]) -> dict[str, str]:
     """By the long names of fvvmux. None is as if it was not given."""
     found = {}
     for name, value in given.items():
@@ -43,6 +43,13 @@ def _options(given: Mapping[str, Any]) -> dict[str, str]:
                 raise UsageError(f"there is no option {name}")
             found["max-error" if name == "budget" else name.replace("_", "-")] = _text(name, value)
     return found
+
+
+def camera_names(cameras: str | Iterable[int | str] | None) -> list[str]:
+    """As the core has them; none: all."""
+    if cameras is None:
+        return []
+    return cameras.split(",") if isinstance(cameras, str) else [str(camera) for camera in cameras]
 
 
 class _Losses:
@@ -136,7 +143,7 @@ class Writer:
         self._losses = calls.losses
         # Wrong options are refused before anything is created.
         self._core = _core.FrameWriter(
-            _options({"budget": budget, **options}),
+            option_texts({"budget": budget, **options}),
             calls.write,
             calls.losses,
             None if progress is None else calls.step,
@@ -414,14 +421,8 @@ def mux(
     cannot be used, and `OSError`; nothing is left of the stream then.
     """
     path = os.fspath(capture)
-    chosen = (
-        []
-        if cameras is None
-        else cameras.split(",")
-        if isinstance(cameras, str)
-        else [str(c) for c in cameras]
-    )
-    texts = _options({"budget": budget, **options})
+    chosen = camera_names(cameras)
+    texts = option_texts({"budget": budget, **options})
     verifies = texts.get("verify") == "on"
     calls = _Calls(None if progress is None else lambda done: progress(done, muxer.frame_count))
     folder = None

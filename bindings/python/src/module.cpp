@@ -1,6 +1,7 @@
 // The extension module fvv._core. What users see is in ../fvv.
 #include "decimate.h"
 #include "live.h"
+#include "parts.h"
 #include "source.h"
 #include "stream.h"
 #include "values.h"
@@ -82,6 +83,7 @@ PYBIND11_MODULE(_core, module) {
   register_stream(module);
   register_live(module);
   register_write(module);
+  register_parts(module);
   register_decimate(module);
   module.attr("library_version") = fvv_version();
   module.def("check", &check, py::arg("source"), py::arg("name"), py::arg("decode"), py::arg("limits"));

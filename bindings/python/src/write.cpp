@@ -42,6 +42,23 @@ void refuse(const Error &error, fvv_status broken) {
   throw Failure(error.kind == Error::usage ? FVV_ERROR_ARGUMENT : broken, python_words(error.what()));
 }
 
+mux::Options options_of(const py::dict &given) {
+  mux::Options options;
+  options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  mux::OptionTexts texts;
+  try {
+    for (const auto &[key, value] : given) {
+      const auto name = py::cast<std::string>(key);
+      if (!mux::set_option(name, py::cast<std::string>(value), options, texts))
+        throw Failure(FVV_ERROR_ARGUMENT, "there is no option " + python_words("--" + name));
+    }
+    mux::take_texts(options, texts);
+  } catch (const Error &error) {
+    refuse(error, FVV_ERROR_ARGUMENT);
+  }
+  return options;
+}
+
 namespace {
 
 // What a run calls in Python, from any thread. An exception in there ends the run, and is raised again.
@@ -114,24 +131,6 @@ private:
   std::thread::id owner;
   int64_t looked = 0; // by it
 };
-
-// options: by the long names of fvvmux.
-mux::Options options_of(const py::dict &given) {
-  mux::Options options;
-  options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
-  mux::OptionTexts texts;
-  try {
-    for (const auto &[key, value] : given) {
-      const auto name = py::cast<std::string>(key);
-      if (!mux::set_option(name, py::cast<std::string>(value), options, texts))
-        throw Failure(FVV_ERROR_ARGUMENT, "there is no option " + python_words("--" + name));
-    }
-    mux::take_texts(options, texts);
-  } catch (const Error &error) {
-    refuse(error, FVV_ERROR_ARGUMENT);
-  }
-  return options;
-}
 
 py::object parsed(const nlohmann::ordered_json &json) {
   return py::module_::import("json").attr("loads")(json.dump());
