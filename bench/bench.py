@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound, python.
+import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound, python, distributed.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -22,6 +22,7 @@ import python_package
 import serve
 import view_quality
 import whp235
+from cluster import dask_times
 from muxing import Muxing
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -383,6 +384,11 @@ def python_time():
     return python_package.measure(lambda: fvvbench("read")["python.c_read_ms"], BUILD, WORK, STREAM, CAPTURE)
 
 
+def cluster():
+    """Groups as tasks of Dask; an hour of 20 cameras is simulated."""
+    return dask_times.measure(tool, BUILD, WORK)
+
+
 PARTS = {
     "synth": synth,
     "mux": mux,
@@ -408,6 +414,7 @@ PARTS = {
     "player": played,
     "sound": player.sound,
     "python": python_time,
+    "distributed": cluster,
 }
 
 
@@ -426,6 +433,7 @@ def part_of(name):
         "generated": "picture",
         "mixed": "meshonly",
         "decimate": "meshonly",
+        "dask": "distributed",
     }.get(part, part)
 
 

@@ -190,7 +190,7 @@ def _encode(capture: str, work: str, digest: str, group: int, threads: int) -> f
     if files.exists(_inside(folder, _part(group))):
         return 0.0
     with _Capture(capture) as found:
-        plan = _core.PartPlan.load(_plan_bytes(work, digest), _inside(work, _PLAN), found.path)
+        plan = (_loaded if found.is_copied else _kept)(work, digest, found.path)
         found.fetch(lambda: plan.files_of(group))
         with _written(_inside(work, _part(group))) as path, _written(_inside(work, _report(group))) as report:
             _write(report, plan.encode(group, threads, path).encode())
@@ -201,7 +201,7 @@ def _merge(work: str, digest: str, out: str, force: bool) -> tuple[int, list[str
     """Returns the bytes of the stream, all warnings, and the seconds that it took."""
     start = time.monotonic()
     files, folder = _filesystem(work)
-    plan = _core.PartPlan.load(_plan_bytes(work, digest), _inside(work, _PLAN), "")
+    plan = _loaded(work, digest, "")
     names = {os.path.basename(name) for name in files.ls(folder, detail=False)}
     plan.check_complete(work, [_part(group) in names for group in range(plan.group_count)])
     with tempfile.TemporaryDirectory() as copies, _written(out) as path:
@@ -218,7 +218,15 @@ def _merge(work: str, digest: str, out: str, force: bool) -> tuple[int, list[str
     return size, losses, time.monotonic() - start
 
 
-@functools.lru_cache(maxsize=2)
+def _loaded(work: str, digest: str, capture: str) -> _core.PartPlan:
+    return _core.PartPlan.load(_plan_bytes(work, digest), _inside(work, _PLAN), capture)
+
+
+#: That of a long capture takes a good part of a second.
+_kept = functools.lru_cache(maxsize=1)(_loaded)
+
+
+@functools.lru_cache(maxsize=1)
 def _plan_bytes(work: str, digest: str) -> bytes:
     files, folder = _filesystem(work)
     content: bytes = files.cat_file(_inside(folder, _PLAN))
@@ -250,6 +258,10 @@ class _Capture:
             except BaseException:
                 self._copies.cleanup()
                 raise
+
+    @property
+    def is_copied(self) -> bool:
+        return self._copies is not None
 
     def description(self) -> bytes:
         """The bytes of capture.json."""

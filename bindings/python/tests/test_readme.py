@@ -10,7 +10,7 @@ SAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "bindings/python/README.md"
 
 
 def test_there_are_samples():
-    assert len(SAMPLES) == 11
+    assert len(SAMPLES) == 12
 
 
 @pytest.mark.parametrize("number", range(len(SAMPLES)))

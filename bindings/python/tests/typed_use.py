@@ -1,6 +1,9 @@
 """Use of the package that mypy checks."""
 
+from concurrent.futures import ProcessPoolExecutor
+
 import fvv
+import fvv.distributed
 import numpy
 from numpy.typing import NDArray
 
@@ -37,3 +40,12 @@ def write(path: str, source: str) -> int:
     camera = fvv.Camera(0, numpy.eye(3), numpy.eye(3), [0, 0, 0], (64, 48))
     coarse: fvv.Decimated = fvv.decimate((numpy.zeros((3, 3)), [[0, 1, 2]]), 0.5, cameras=[camera])
     return int(summary["bytes"]) + len(coarse.indices)
+
+
+def spread(path: str) -> float:
+    with ProcessPoolExecutor(2) as pool:
+        found = fvv.distributed.mux(
+            "s3://bucket/capture", path, pool, work="s3://bucket/work", budget="1mm", group=25
+        )
+    seconds: float = found["seconds"]["plan"]
+    return seconds

@@ -16,7 +16,7 @@ namespace fvv::mux {
 
 namespace {
 
-using Json = nlohmann::json;
+using Cbor = nlohmann::json;
 
 // The fields of each structure, in the order in which they are saved. A structured binding names all of them,
 // so that a field that is added to a structure does not compile before it is decided here whether it is
@@ -228,13 +228,13 @@ class Saver {
 public:
   template <class... Values> void operator()(Values &...values) { (list.push_back(saved(values)), ...); }
 
-  template <class T> static Json saved(T &value) {
+  template <class T> static Cbor saved(T &value) {
     if constexpr (std::is_enum_v<T>) {
       return static_cast<std::underlying_type_t<T>>(value);
     } else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
       return value;
     } else if constexpr (std::is_array_v<T>) {
-      Json list = Json::array();
+      Cbor list = Cbor::array();
       for (auto &one : value) list.push_back(saved(one));
       return list;
     } else {
@@ -242,35 +242,35 @@ public:
     }
   }
 
-  Json list = Json::array();
+  Cbor list = Cbor::array();
 
 private:
-  template <class T> static Json saved_object(T &value) {
+  template <class T> static Cbor saved_object(T &value) {
     Saver saver;
     Fields::of(saver, value);
     return std::move(saver.list);
   }
-  static Json saved_object(std::vector<uint8_t> &value) { return Json::binary(value); }
-  template <class T> static Json saved_object(std::vector<T> &value) { return saved_items(value); }
-  template <class T, size_t n> static Json saved_object(std::array<T, n> &value) {
+  static Cbor saved_object(std::vector<uint8_t> &value) { return Cbor::binary(value); }
+  template <class T> static Cbor saved_object(std::vector<T> &value) { return saved_items(value); }
+  template <class T, size_t n> static Cbor saved_object(std::array<T, n> &value) {
     return saved_items(value);
   }
-  template <class T> static Json saved_object(std::set<T> &value) { return saved_items(value); }
-  template <class K, class T> static Json saved_object(std::map<K, T> &value) {
-    Json list = Json::array();
+  template <class T> static Cbor saved_object(std::set<T> &value) { return saved_items(value); }
+  template <class K, class T> static Cbor saved_object(std::map<K, T> &value) {
+    Cbor list = Cbor::array();
     for (auto &[key, one] : value) list.push_back({key, saved(one)});
     return list;
   }
-  template <class T> static Json saved_object(std::optional<T> &value) {
-    return value ? Json::array({saved(*value)}) : Json();
+  template <class T> static Cbor saved_object(std::optional<T> &value) {
+    return value ? Cbor::array({saved(*value)}) : Cbor();
   }
-  template <class T> static Json saved_object(std::shared_ptr<const T> &value) {
+  template <class T> static Cbor saved_object(std::shared_ptr<const T> &value) {
     if (!value) return {};
     T copy = *value;
-    return Json::array({saved(copy)});
+    return Cbor::array({saved(copy)});
   }
-  template <class Items> static Json saved_items(Items &items) {
-    Json list = Json::array();
+  template <class Items> static Cbor saved_items(Items &items) {
+    Cbor list = Cbor::array();
     for (auto &one : items) list.push_back(saved(one));
     return list;
   }
@@ -278,14 +278,14 @@ private:
 
 class Loader {
 public:
-  explicit Loader(const Json &saved) : list(saved) {}
+  explicit Loader(const Cbor &saved) : list(saved) {}
 
   template <class... Values> void operator()(Values &...values) {
     size_t next = 0;
     (load(list.at(next++), values), ...);
   }
 
-  template <class T> static void load(const Json &saved, T &value) {
+  template <class T> static void load(const Cbor &saved, T &value) {
     if constexpr (std::is_enum_v<T>) {
       value = static_cast<T>(saved.get<std::underlying_type_t<T>>());
     } else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
@@ -299,35 +299,35 @@ public:
   }
 
 private:
-  template <class T> static void load_object(const Json &saved, T &value) {
+  template <class T> static void load_object(const Cbor &saved, T &value) {
     Loader loader(saved);
     Fields::of(loader, value);
   }
-  static void load_object(const Json &saved, std::vector<uint8_t> &value) { value = saved.get_binary(); }
-  template <class T> static void load_object(const Json &saved, std::vector<T> &value) {
+  static void load_object(const Cbor &saved, std::vector<uint8_t> &value) { value = saved.get_binary(); }
+  template <class T> static void load_object(const Cbor &saved, std::vector<T> &value) {
     value.resize(saved.size());
     for (size_t i = 0; i < saved.size(); i++) load(saved.at(i), value[i]);
   }
-  template <class T, size_t n> static void load_object(const Json &saved, std::array<T, n> &value) {
+  template <class T, size_t n> static void load_object(const Cbor &saved, std::array<T, n> &value) {
     for (size_t i = 0; i < n; i++) load(saved.at(i), value[i]);
   }
-  template <class T> static void load_object(const Json &saved, std::set<T> &value) {
+  template <class T> static void load_object(const Cbor &saved, std::set<T> &value) {
     value.clear();
-    for (const Json &one : saved) {
+    for (const Cbor &one : saved) {
       T item;
       load(one, item);
       value.insert(item);
     }
   }
-  template <class K, class T> static void load_object(const Json &saved, std::map<K, T> &value) {
+  template <class K, class T> static void load_object(const Cbor &saved, std::map<K, T> &value) {
     value.clear();
-    for (const Json &one : saved) load(one.at(1), value[one.at(0).get<K>()]);
+    for (const Cbor &one : saved) load(one.at(1), value[one.at(0).get<K>()]);
   }
-  template <class T> static void load_object(const Json &saved, std::optional<T> &value) {
+  template <class T> static void load_object(const Cbor &saved, std::optional<T> &value) {
     value.reset();
     if (!saved.is_null()) load(saved.at(0), value.emplace());
   }
-  template <class T> static void load_object(const Json &saved, std::shared_ptr<const T> &value) {
+  template <class T> static void load_object(const Cbor &saved, std::shared_ptr<const T> &value) {
     value.reset();
     if (saved.is_null()) return;
     T loaded;
@@ -335,7 +335,7 @@ private:
     value = std::make_shared<const T>(std::move(loaded));
   }
 
-  const Json &list;
+  const Cbor &list;
 };
 
 // Changes with every change of Fields.
@@ -366,19 +366,19 @@ void complete(PlanData &data, const std::string &path) {
 } // namespace
 
 std::string save_plan(PlanData data) {
-  const std::vector<uint8_t> fields = Json::to_cbor(Saver::saved(data));
-  const Json file = {{"fvv_plan", version_text()},
+  const std::vector<uint8_t> fields = Cbor::to_cbor(Saver::saved(data));
+  const Cbor file = {{"fvv_plan", version_text()},
                      {"crc32c", fvv_crc32c(0, fields.data(), fields.size())},
-                     {"plan", Json::binary(fields)}};
+                     {"plan", Cbor::binary(fields)}};
   std::string bytes;
-  Json::to_cbor(file, bytes);
+  Cbor::to_cbor(file, bytes);
   return bytes;
 }
 
 PlanData load_plan(std::string_view bytes, const std::string &name, const std::string &capture) {
   PlanData data;
   try {
-    const Json file = Json::from_cbor(bytes.begin(), bytes.end());
+    const Cbor file = Cbor::from_cbor(bytes.begin(), bytes.end());
     const auto &made_by = file.at("fvv_plan").get_ref<const std::string &>();
     if (made_by != version_text())
       throw Error(name + ": is a plan of " + made_by + ", expected one of " + version_text() +
@@ -386,8 +386,8 @@ PlanData load_plan(std::string_view bytes, const std::string &name, const std::s
     const std::vector<uint8_t> &fields = file.at("plan").get_binary();
     if (fvv_crc32c(0, fields.data(), fields.size()) != file.at("crc32c").get<uint32_t>())
       throw Error(name + ": the plan is damaged: its checksum is wrong");
-    Loader::load(Json::from_cbor(fields), data);
-  } catch (const Json::exception &) {
+    Loader::load(Cbor::from_cbor(fields), data);
+  } catch (const Cbor::exception &) {
     throw Error(name + ": is no plan, or a damaged one");
   }
   complete(data, capture.empty() ? data.plan.options.capture : capture);
