@@ -64,10 +64,10 @@ def overhead(client, count=500):
     return (time.monotonic() - begin) / count
 
 
-def processor_seconds(work):
+def processor_seconds(work, *arguments):
     begin = time.process_time()
-    result = work()
-    return time.process_time() - begin, result
+    work(*arguments)
+    return time.process_time() - begin
 
 
 def planning(capture, first):
@@ -76,7 +76,7 @@ def planning(capture, first):
 
     def plan(frames, group):
         options = {"group": str(group), "frames": f"0-{frames - 1}"}
-        return processor_seconds(lambda: _core.PartPlan.make(str(capture), [], options, first))[0]
+        return processor_seconds(_core.PartPlan.make, str(capture), [], options, first)
 
     each = max(0.0, (plan(60, 10) - plan(30, 10)) / 30)  # samples have the same size
     return (plan(FRAMES, SECOND) - each * FRAMES) / os.cpu_count(), each / os.cpu_count()
@@ -87,7 +87,7 @@ def encoding(capture, first, count=12):
     from fvv import _core
 
     plan = _core.PartPlan.make(str(capture), [], {"group": str(GROUP)}, first)
-    return [processor_seconds(lambda: plan.encode(i, 1, first))[0] for i in range(1, 1 + count)]
+    return [processor_seconds(plan.encode, i, 1, first) for i in range(1, 1 + count)]
 
 
 def main(folder):

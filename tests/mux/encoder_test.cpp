@@ -526,3 +526,42 @@ TEST_CASE("visibility that does not fit the mesh is refused") {
   // An empty stage has nothing to see.
   CHECK(refusal_of([](C &, F &f) { f.mesh = {}, f.visibility.clear(); }).empty());
 }
+
+TEST_CASE("sound of the configuration is in the groups that it falls into") {
+  const Folder folder;
+  mux::Configuration configuration = two_cameras();
+  std::vector<float> samples(48000);
+  for (size_t i = 0; i < samples.size(); i++) samples[i] = float(0.5 * std::sin(double(i) * 0.05));
+  configuration.sounds.push_back({media::encode_sound(samples, 1, 4 * 1920), "tone", "en"});
+  configuration.sounds.push_back({configuration.sounds[0].packets, "", "", scene::Place{1, 2, 3}});
+  std::string bytes;
+  std::vector<std::string> warnings;
+  mux::Observer observer;
+  observer.on_warning = [&](const std::string &text) { warnings.push_back(text); };
+  const auto run = [&](int count) {
+    bytes.clear();
+    mux::Encoder encoder(
+        configuration, jpeg_options(),
+        [&](const void *part, size_t size) { bytes.append(static_cast<const char *>(part), size); },
+        observer);
+    for (int i = 0; i < count; i++) encoder.add(frame_of(i, 4));
+    return encoder.finish();
+  };
+  const mux::Summary summary = run(10);
+  REQUIRE(summary.sounds.size() == 2);
+  CHECK(summary.sounds[0].chunks == 3); // the packet before the sound begins in tick 3
+  CHECK(warnings.size() == 2);          // both go on after the last frame
+  CHECK(warnings[1] == "encoder: audio: sound 1: its sound goes on after the last frame and is cut there");
+  CHECK(summary.plan.warned);
+  write_bytes(folder.path("out.fvv"), bytes.data(), bytes.size());
+  Stream stream(folder.path("out.fvv"));
+  CHECK(stream.configuration().sound_count == 2);
+  warnings.clear();
+  run(40);
+  CHECK(warnings.empty());
+  configuration.sounds[0].packets.packets.clear();
+  CHECK_THROWS_WITH(run(1), "encoder: sound 0: expected packets, found none");
+  configuration.sounds.erase(configuration.sounds.begin());
+  configuration.sounds[0].per_frame = {{0, 0, 0}};
+  CHECK_THROWS_WITH(run(2), "frame 1: sound 0 moves, and has no position here");
+}

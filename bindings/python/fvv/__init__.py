@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from . import friends
 from ._core import Camera, Mesh, Picture, Sound, library_version
+from .audio import AudioInput
 from .background import Background, BackgroundPart, Light
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
 from .comparison import Comparison, compare
@@ -30,6 +31,7 @@ from .writer import Writer, mux
 __version__ = library_version
 
 __all__ = [
+    "AudioInput",
     "Background",
     "BackgroundPart",
     "ByCamera",

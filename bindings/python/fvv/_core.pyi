@@ -260,6 +260,7 @@ class FrameWriter:
         denominator: int,
         cameras: list[Camera],
         flags: list[tuple[bool, ...]],
+        sounds: list[dict[str, Any]],
         up: str,
         scale_unknown: bool,
     ) -> None: ...

@@ -12,7 +12,8 @@ from typing import Any, Callable, Union
 import numpy
 
 from . import _core
-from ._core import Camera, Mesh, Picture
+from ._core import Camera, Mesh, Picture, Sound
+from .audio import AudioInput, sound_arguments
 from .errors import LossWarning, UsageError
 from .frames import Key
 from .meshes import MeshLike, mesh_arrays
@@ -61,10 +62,10 @@ class _Losses:
     def __call__(self, text: str) -> None:
         self.texts.append(text)
 
-    def show(self) -> None:
+    def show(self, stacklevel: int) -> None:
         new, self._shown = self.texts[self._shown :], len(self.texts)
         for text in new:
-            warnings.warn(text, LossWarning, stacklevel=4)
+            warnings.warn(text, LossWarning, stacklevel=stacklevel)
 
 
 class _Calls:
@@ -90,6 +91,7 @@ class Writer:
 
     target: a path, which exists when the stream is whole; a binary file object, which is not closed; or a function that
     takes bytes, for live streams. cameras: in the order of pictures without names. rate: frames per second.
+    audio: `AudioInput`, or `Sound` of a clip, whose packets stay as they are (one that moves is heard everywhere then).
     budget and options: those of `fvvmux`, with its words and defaults: `fvvmux --bit-depth 10` is `bit_depth=10`, `--max-error`
     is `budget` ("0.15px", "1mm"), `--no-delta` is `no_delta=True`. force: replaces an existing file.
     name: of the scene. up: "+y", ...: the axis that points up. scale_unknown: lengths are in an unknown unit.
@@ -108,6 +110,7 @@ class Writer:
         *,
         rate: float | Fraction,
         cameras: Iterable[Camera] = (),
+        audio: Iterable[AudioInput | Sound] = (),
         budget: str | float | None = None,
         force: bool = False,
         name: str = "",
@@ -130,6 +133,7 @@ class Writer:
             if identifiers.count(identifier) > 1:
                 raise UsageError(f"cameras: two of them have the identifier {identifier}")
         self._scene = (name, up or "", scale_unknown)
+        self._sounds = [sound_arguments(one, i) for i, one in enumerate(audio)]
         self._given: tuple[tuple[bool, ...], ...] = ()
         self._start = Fraction(0)
         self._ended: str | None = None
@@ -218,11 +222,12 @@ class Writer:
             if not self.frames:
                 self._abandon("nothing was added")
                 raise UsageError("expected at least one frame before finish")
-            summary: dict[str, Any] = self._run(lambda: self._core.finish(self._output.name))
             try:
+                summary: dict[str, Any] = self._run(lambda: self._core.finish(self._output.name))
                 self._output.commit()
-            except BaseException:
-                self._abandon("its file could not be finished")
+            except BaseException as error:
+                if self._ended is None:
+                    self._abandon(f"failed: {error}")
                 raise
             self._ended = "is finished"
             summary["warnings"] = list(self._losses.texts)
@@ -268,7 +273,7 @@ class Writer:
                 self._abandon(f"failed: {error}")
             raise
         finally:
-            self._losses.show()
+            self._losses.show(stacklevel=4)
         return result
 
     def _check_time(self, time: float | Fraction | None) -> None:
@@ -337,7 +342,9 @@ class Writer:
             numerator, denominator = (1 / self.rate).as_integer_ratio()
             flags = list(zip(*given))
             name, up, scale_unknown = self._scene
-            self._core.configure(name, numerator, denominator, list(self.cameras), flags, up, scale_unknown)
+            self._core.configure(
+                name, numerator, denominator, list(self.cameras), flags, self._sounds, up, scale_unknown
+            )
             self._given = given
         for i, name in enumerate(("images", "masks", "calibration", "visibility")):
             if given[i] != self._given[i] and not (name == "visibility" and is_empty):
@@ -446,6 +453,6 @@ def mux(
         output.discard()
         if folder is not None:
             folder.discard()
-        calls.losses.show()
+        calls.losses.show(stacklevel=3)
     summary["warnings"] = calls.losses.texts
     return summary

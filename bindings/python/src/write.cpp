@@ -1,6 +1,7 @@
 #include "write.h"
 
 #include "arrays.h"
+#include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/encoder.h"
 #include "fvv_mux/mux.h"
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <pybind11/stl.h>
 #include <thread>
 
@@ -67,6 +69,9 @@ public:
   Calls(py::object the_sink, py::object on_warning, py::object on_progress)
       : sink(std::move(the_sink)), warning(std::move(on_warning)), progress(std::move(on_progress)) {}
 
+  // A run begins on this thread.
+  void begin() { owner = std::this_thread::get_id(); }
+
   mux::Sink bytes() {
     return [this](const void *data, size_t size) {
       // The run has no other way out of a sink.
@@ -106,22 +111,25 @@ private:
     }
   }
 
-  // Signals are looked at some times a second: that needs the GIL.
+  // Signals are looked at some times a second, because that needs the GIL, and by the thread that began: in
+  // others Python sees none.
   bool is_cancelled() {
+    if (failed || std::this_thread::get_id() != owner) return failed;
     constexpr int64_t interval = 50'000'000; // nanoseconds
     const int64_t now = std::chrono::steady_clock::now().time_since_epoch().count();
-    int64_t last = looked.load();
-    if (!failed && now - last > interval && looked.compare_exchange_strong(last, now))
-      run([] {
-        if (PyErr_CheckSignals()) throw py::error_already_set();
-      });
+    if (now - looked <= interval) return false;
+    looked = now;
+    run([] {
+      if (PyErr_CheckSignals()) throw py::error_already_set();
+    });
     return failed;
   }
 
   const py::object sink, warning, progress;
   std::optional<py::error_already_set> pending;
   std::atomic<bool> failed{false};
-  std::atomic<int64_t> looked{0};
+  std::thread::id owner;
+  int64_t looked = 0; // by it
 };
 
 py::object parsed(const nlohmann::ordered_json &json) {
@@ -170,6 +178,7 @@ public:
 
 private:
   template <class Work> void guarded(const Work &work) {
+    calls.begin();
     try {
       const py::gil_scoped_release release;
       work();
@@ -205,6 +214,39 @@ py::tuple write_segments(const std::string &stream, const py::object &write_file
 
 // ---- frames from arrays --------------------------------------------------------------------------------
 
+// read: a Sound, whose packets are kept, or None; then samples: float32 (samples, channels) of 48 kHz, start:
+// seconds of the first one, bit_rate: 0 for the default. positions: (3,), (frames, 3) or None. title,
+// language.
+mux::SoundInput sound_of(const py::dict &given, const std::string &where) {
+  mux::SoundInput out;
+  out.title = given["title"].cast<std::string>();
+  out.language = given["language"].cast<std::string>();
+  if (!given["positions"].is_none()) {
+    const auto positions = given["positions"].cast<py::array_t<double, py::array::c_style>>();
+    std::vector<scene::Place> places(size_t(positions.size()) / 3);
+    for (size_t i = 0; i < places.size(); i++) std::copy_n(positions.data() + 3 * i, 3, places[i].begin());
+    if (positions.ndim() == 1)
+      out.position = places.at(0);
+    else
+      out.per_frame = std::move(places);
+  }
+  if (!given["read"].is_none()) {
+    out.packets = given["read"].cast<const Sound &>().sound.packets;
+    return out;
+  }
+  const auto samples = given["samples"].cast<py::array_t<float, py::array::c_style>>();
+  const std::vector<float> content(samples.data(), samples.data() + samples.size());
+  const auto first = int64_t(std::llround(given["start"].cast<double>() * media::opus_rate));
+  const auto channels = uint32_t(samples.shape(1)), bit_rate = given["bit_rate"].cast<uint32_t>();
+  try {
+    const py::gil_scoped_release release;
+    out.packets = media::encode_sound(content, channels, first, bit_rate);
+  } catch (const Error &error) {
+    throw Failure(FVV_ERROR_ARGUMENT, where + ": " + error.what());
+  }
+  return out;
+}
+
 // For each camera an object, or None for all of them.
 using PerCamera = std::optional<std::vector<py::object>>;
 
@@ -215,10 +257,11 @@ public:
               const py::object &on_progress)
       : chosen(options_of(options)), calls(sink, on_warning, on_progress) {}
 
-  // flags: of each camera: pictures, masks, moves, visibility.
+  // flags: of each camera: pictures, masks, moves, visibility. sounds: as sound_of has them.
   void configure(const std::string &name, int64_t numerator, int64_t denominator,
                  const std::vector<std::shared_ptr<Camera>> &cameras,
-                 const std::vector<std::array<bool, 4>> &flags, const std::string &up, bool scale_unknown) {
+                 const std::vector<std::array<bool, 4>> &flags, const std::vector<py::dict> &sounds,
+                 const std::string &up, bool scale_unknown) {
     mux::Configuration configuration;
     configuration.name = name;
     configuration.frame_duration = {uint32_t(numerator), uint32_t(denominator)};
@@ -237,6 +280,8 @@ public:
       input.visibility = flags[i][3];
       configuration.cameras.push_back(std::move(input));
     }
+    for (size_t i = 0; i < sounds.size(); i++)
+      configuration.sounds.push_back(sound_of(sounds[i], "audio " + std::to_string(i)));
     guarded([&] { encoder.emplace(configuration, chosen, calls.bytes(), calls.observer()); });
   }
 
@@ -317,6 +362,7 @@ private:
   }
 
   template <class Work> void guarded(const Work &work) {
+    calls.begin();
     try {
       const py::gil_scoped_release release;
       work();
@@ -352,7 +398,7 @@ void register_write(py::module_ &module) {
       .def_property_readonly("failed", &FrameWriter::is_failed)
       .def_property_readonly("frames", &FrameWriter::frames)
       .def("configure", &FrameWriter::configure, py::arg("name"), py::arg("numerator"),
-           py::arg("denominator"), py::arg("cameras"), py::arg("flags"), py::arg("up"),
+           py::arg("denominator"), py::arg("cameras"), py::arg("flags"), py::arg("sounds"), py::arg("up"),
            py::arg("scale_unknown"))
       .def("add", &FrameWriter::add, py::arg("mesh"), py::arg("pictures"), py::arg("masks"),
            py::arg("calibrations"), py::arg("visibility"))

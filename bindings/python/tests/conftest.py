@@ -21,6 +21,11 @@ hypothesis.settings.register_profile("nightly", max_examples=20000, deadline=Non
 hypothesis.settings.load_profile(os.environ.get("FVV_HYPOTHESIS", "suite"))
 
 
+def examples(share):
+    """A property's share of the profile's examples: more where they are cheap, and fewer where pictures are encoded."""
+    return max(1, min(20000, round(share * hypothesis.settings.default.max_examples)))
+
+
 def tool(name, *arguments, code=0):
     """Runs a tool of the build that FVV_TOOLS_DIR names and returns its standard output."""
     path = pathlib.Path(os.environ["FVV_TOOLS_DIR"]).resolve() / name / name

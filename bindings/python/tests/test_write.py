@@ -244,6 +244,79 @@ def test_cameras_that_move():
     writer.close()
 
 
+def test_sound():
+    seconds = numpy.arange(48000) / 48000
+    tone = (0.5 * numpy.sin(2 * numpy.pi * 440 * seconds)).astype(numpy.float32)
+    both = numpy.stack([tone, -tone], axis=1)
+    audio = [
+        fvv.AudioInput(both, title="tone", language="en", start=0.5),
+        fvv.AudioInput(tone.astype(float), position=[1, 2, 3], bit_rate=32000),
+        fvv.AudioInput(tone[::2].repeat(2), position=numpy.outer(numpy.arange(50), [0, 0, 0.1])),
+    ]
+    content, summary = written(tetrahedra(50), audio=audio, **TINY)
+    assert fvv.check(content).ok and summary["warnings"] == [] and len(summary["audio"]) == 3
+    with fvv.open(content) as clip:
+        first, placed, moving = clip.audio
+        assert (first.title, first.language, first.channels, first.codec) == ("tone", "en", 2, "opus")
+        assert (
+            0.479 < first.start <= 0.5  # a packet earlier
+            and placed.position.tolist() == [1, 2, 3]
+            and moving.position is None
+        )
+        samples = first.samples()
+        begin = 24000 - round(first.start * 48000)
+        heard = samples[begin : begin + 48000]
+        for channel, expected in enumerate((tone, -tone)):
+            assert numpy.corrcoef(heard[: len(tone), channel], expected[: len(heard)])[0, 1] > 0.99
+        # Packets of a clip stay as they are.
+        again, _ = written(tetrahedra(50), audio=clip.audio[:2], **TINY)
+        for one, other in zip(clip.audio, fvv.open(again).audio):
+            assert (one.packets, one.packets_start, one.record) == (
+                other.packets,
+                other.packets_start,
+                other.record,
+            )
+            assert (one.title, repr(one.position)) == (other.title, repr(other.position))
+    with pytest.warns(fvv.LossWarning, match="sound 0: its sound goes on after the last frame"):
+        written(tetrahedra(20), audio=audio[:1], **TINY)
+    with pytest.warns(fvv.LossWarning, match="sound 0: has no sound at the time of the frames"):
+        written(tetrahedra(2), audio=[fvv.AudioInput(tone, start=7)], **TINY)
+    with pytest.raises(fvv.UsageError, match="frame 5: sound 0 moves, and has no position here"):
+        written(tetrahedra(6), audio=[fvv.AudioInput(tone, position=numpy.zeros((5, 3)))], **TINY)
+
+
+@pytest.mark.parametrize(
+    ("sound", "text"),
+    [
+        ("beep", "audio 0: expected fvv.AudioInput or fvv.Sound, found str"),
+        (
+            fvv.AudioInput(numpy.zeros(9), rate=44100),
+            "audio 0: rate: expected 48000 samples per second, found 44100",
+        ),
+        (fvv.AudioInput([1, 2, 3]), r"samples: expected floats .*, found int64 \(3, 1\)"),
+        (fvv.AudioInput(numpy.zeros((9, 9))), r"found float64 \(9, 9\)"),
+        (fvv.AudioInput(numpy.zeros(0)), r"found float64 \(0, 1\)"),
+        (fvv.AudioInput([0, numpy.nan]), "samples: expected finite numbers"),
+        (
+            fvv.AudioInput(numpy.zeros((9, 2)), position=[0, 0, 0]),
+            "expected one channel of a sound with a position",
+        ),
+        (
+            fvv.AudioInput(numpy.zeros(9), position=[0, 0]),
+            r"position: expected \(3,\) or \(frames, 3\), found \(2,\)",
+        ),
+        (fvv.AudioInput(numpy.zeros(9), position=[0, 0, numpy.inf]), "position: expected finite metres"),
+        (fvv.AudioInput(numpy.zeros(9), start=numpy.nan), "start: expected seconds"),
+        (fvv.AudioInput(numpy.zeros(9), bit_rate=-1), "bit_rate: expected bits per second"),
+        (fvv.AudioInput(numpy.zeros(9), bit_rate=5), "audio 0: "),
+        (fvv.AudioInput(numpy.zeros(9), language="?"), "language: expected a tag"),
+    ],
+)
+def test_wrong_sound(sound, text):
+    with pytest.raises(fvv.UsageError, match=text):
+        written(tetrahedra(1), audio=[sound], **TINY)
+
+
 def test_a_ladder():
     c = camera(size=(160, 96))
     noise = numpy.random.default_rng(0).integers(0, 255, (96, 160, 3), numpy.uint8)
@@ -515,6 +588,13 @@ def test_losses_are_warnings(tmp_path):
         warnings.simplefilter("error", fvv.LossWarning)
         with pytest.raises(fvv.LossWarning), fvv.Writer(tmp_path / "out.fvv", rate=25, **TINY) as writer:
             writer.add((TETRAHEDRON, FACES, None, uvs))
+        late = fvv.Writer(
+            tmp_path / "late.fvv", rate=25, audio=[fvv.AudioInput(numpy.zeros(9), start=9)], **TINY
+        )
+        late.add((TETRAHEDRON, FACES))
+        with pytest.raises(fvv.LossWarning):
+            late.finish()
+        assert late.closed
     assert not list(tmp_path.iterdir())
 
 

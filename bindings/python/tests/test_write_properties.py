@@ -11,6 +11,7 @@ import fvv
 import hypothesis
 import numpy
 import pytest
+from conftest import examples
 from hypothesis import stateful, strategies
 from scenes import FACES, TETRAHEDRON, camera, picture
 
@@ -56,7 +57,7 @@ def corners(lattice, faces):
     return out
 
 
-@hypothesis.settings(max_examples=9 * hypothesis.settings.default.max_examples)
+@hypothesis.settings(max_examples=examples(9))
 @hypothesis.given(
     meshes(), strategies.sampled_from(["draco", "raw", "fast"]), strategies.sampled_from([256, 1024, 65536])
 )
@@ -212,7 +213,7 @@ def test_any_calibration_comes_back(rig):
             assert (again.width, again.height, again.moves) == (c.width, c.height, False)
 
 
-@hypothesis.settings(max_examples=max(1, hypothesis.settings.default.max_examples // 2))
+@hypothesis.settings(max_examples=examples(1 / 2))
 @hypothesis.given(strategies.lists(cameras(5, (64, 48), "none"), min_size=1, max_size=5))
 def test_any_motion_of_a_camera_comes_back(places):
     content = written(
@@ -234,7 +235,7 @@ def test_any_motion_of_a_camera_comes_back(places):
 # Layouts.
 
 
-@hypothesis.settings(max_examples=max(1, hypothesis.settings.default.max_examples // 5))
+@hypothesis.settings(max_examples=examples(1 / 5))
 @hypothesis.given(
     strategies.lists(
         strategies.tuples(strategies.integers(1, 90), strategies.integers(1, 90), strategies.booleans()),
@@ -260,6 +261,36 @@ def test_any_layout_comes_back(sizes, crop, scale):
                 assert 0 <= x < x + width <= rig[i].width and 0 <= y < y + height <= rig[i].height
                 middle = found.pixels[found.pixels.shape[0] // 2, found.pixels.shape[1] // 2]
                 assert numpy.abs(middle.astype(int) - 30 - 40 * i).max() < 12
+
+
+# Sound.
+
+
+@hypothesis.settings(max_examples=examples(1 / 5))
+@hypothesis.given(
+    strategies.integers(1, 12000),
+    strategies.sampled_from([1, 2, 3, 4, 6, 8]),
+    strategies.floats(-0.1, 0.9),
+    strategies.booleans(),
+)
+def test_any_sound_comes_back(length, channels, start, placed):
+    channels = 1 if placed else channels
+    samples = numpy.random.default_rng(length).uniform(-1, 1, (length, channels)).astype(numpy.float32)
+    audio = fvv.AudioInput(samples, start=start, position=[1, 0, 2] if placed else None, title="noise")
+    content = written([((TETRAHEDRON, FACES),)] * 25, audio=[audio], step="1mm", group=5)
+    assert fvv.check(content).ok
+    with fvv.open(content) as clip:
+        if not clip.audio:
+            # No packet begins within the stream.
+            assert start < 0 and start + length / 48000 <= 0.02
+            return
+        (found,) = clip.audio
+        assert (found.channels, found.title, found.position is not None) == (channels, "noise", placed)
+        # Packets of 20 ms, one of them before the sound and the last of them not full.
+        assert start - 0.0201 - (start < 0) * 0.1 <= found.start <= max(0, start) + 1e-4
+        end = min(1, start + length / 48000)
+        assert end - 1e-4 <= found.start + found.duration <= end + 0.05
+        assert found.samples().shape == (round(found.duration * 48000), channels)
 
 
 # Any order of calls.
@@ -383,7 +414,5 @@ class Writers(stateful.RuleBasedStateMachine):
             assert self.writer.frames == len(self.stage) and self.writer.closed == self.ended
 
 
-Writers.TestCase.settings = hypothesis.settings(
-    max_examples=max(1, hypothesis.settings.default.max_examples // 2), stateful_step_count=12
-)
+Writers.TestCase.settings = hypothesis.settings(max_examples=examples(1 / 2), stateful_step_count=12)
 TestWriters = Writers.TestCase

@@ -1,6 +1,5 @@
 #include "fvv_scene/sound_source.h"
 #include "fvv_cxx/input_file.h"
-#include "fvv_media/sound.h"
 #include "scene/src/capture_fields.h"
 
 #include <algorithm>

@@ -73,7 +73,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [case if case == "defaults" else pytest.param(case, marks=pytest.mark.long) for case in CASES]
+)
 def test_the_bytes_and_warnings_are_those_of_one_run(captures, tmp_path, case):
     name, options = CASES[case]
     capture, options = captures / name, ("--group", GROUP, *options)

@@ -26,8 +26,8 @@ constexpr uint32_t least_sound_bit_rate = 6000, most_sound_bit_rate = 256000;
 // How packets are decoded.
 struct SoundFormat {
   SoundCodec codec = SoundCodec::opus;
-  uint32_t rate = opus_rate;              // samples a second
-  uint32_t channels = 0;                  // 1 to max_sound_channels, in FFmpeg's order of its default layouts
+  uint32_t rate = opus_rate; // samples a second
+  uint32_t channels = 0;     // 1 to max_sound_channels; Opus: the layouts of RFC 7845 in FFmpeg's order
   uint32_t packet_duration = opus_packet; // samples of every packet
   uint32_t preroll = 0;                   // packets before the one from which on the output is right
   std::vector<uint8_t> record;            // Opus: the header of RFC 7845 clause 5.1; AAC: AudioSpecificConfig

@@ -141,7 +141,7 @@ public:
     const AVStream &stream = demuxer_.stream();
     const uint32_t channels = std::min({info_.channels, request_.max_channels, max_sound_channels});
     OpusEncoder encoder(channels, request_.bit_rate);
-    SampleConverter converter(channels, opus_rate);
+    SampleConverter converter(channels, opus_rate, true);
     open_decoder();
     const Packet packet = make_packet();
     const AvFrame frame = make_frame();

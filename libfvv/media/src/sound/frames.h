@@ -13,7 +13,8 @@ namespace fvv::media {
 // Frames of a decoder as interleaved floats of a number of channels and a rate, exactly aligned in time.
 class SampleConverter {
 public:
-  SampleConverter(uint32_t channels, uint32_t rate);
+  // for_opus: in the order of Opus; otherwise that of FFmpeg's default layouts.
+  SampleConverter(uint32_t channels, uint32_t rate, bool for_opus);
   ~SampleConverter();
   SampleConverter(const SampleConverter &) = delete;
 
@@ -29,6 +30,7 @@ private:
   void convert(const uint8_t **in, int count, std::vector<float> &samples);
 
   const uint32_t channels_, rate_;
+  const bool for_opus_;
   SwrContext *swr_ = nullptr;
   int format_ = -1, in_rate_ = 0, in_channels_ = 0;
 };

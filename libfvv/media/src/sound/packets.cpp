@@ -27,6 +27,17 @@ void copy_record(const std::vector<uint8_t> &record, uint8_t *&extradata, int &s
   size = int(record.size());
 }
 
+// Of interleaved samples. Opus has one layout for each number of channels (RFC 7845 clause 5.1.1.2), which is
+// not FFmpeg's default for 3 and 4.
+void set_layout(AVChannelLayout &out, uint32_t channels, bool is_opus) {
+  if (is_opus && channels == 3)
+    av_channel_layout_from_mask(&out, AV_CH_LAYOUT_SURROUND);
+  else if (is_opus && channels == 4)
+    av_channel_layout_from_mask(&out, AV_CH_LAYOUT_QUAD);
+  else
+    av_channel_layout_default(&out, int(channels));
+}
+
 } // namespace
 
 uint32_t default_sound_bit_rate(uint32_t channels) {
@@ -40,7 +51,8 @@ uint32_t SoundFormat::delay() const {
 
 // ---- frames ----------------------------------------------------------------------------------------------
 
-SampleConverter::SampleConverter(uint32_t channels, uint32_t rate) : channels_(channels), rate_(rate) {}
+SampleConverter::SampleConverter(uint32_t channels, uint32_t rate, bool for_opus)
+    : channels_(channels), rate_(rate), for_opus_(for_opus) {}
 
 SampleConverter::~SampleConverter() {
   swr_free(&swr_);
@@ -48,7 +60,7 @@ SampleConverter::~SampleConverter() {
 
 void SampleConverter::open(const AVFrame &frame) {
   AVChannelLayout out = {}, in = {};
-  av_channel_layout_default(&out, int(channels_));
+  set_layout(out, channels_, for_opus_);
   if (frame.ch_layout.order == AV_CHANNEL_ORDER_UNSPEC)
     av_channel_layout_default(&in, frame.ch_layout.nb_channels);
   else if (av_channel_layout_copy(&in, &frame.ch_layout) < 0)
@@ -110,7 +122,7 @@ OpusEncoder::OpusEncoder(uint32_t channels, uint32_t bit_rate) : channels_(chann
   context_->sample_fmt = AV_SAMPLE_FMT_FLT;
   context_->bit_rate = bit_rate;
   context_->time_base = {1, int(opus_rate)};
-  av_channel_layout_default(&context_->ch_layout, int(channels));
+  set_layout(context_->ch_layout, channels, true);
   av_opt_set(context_->priv_data, "frame_duration", "20", 0);
   av_opt_set(context_->priv_data, "application", "audio", 0);
   av_opt_set(context_->priv_data, "vbr", "on", 0);
@@ -183,7 +195,8 @@ SoundPackets encode_sound(const std::vector<float> &samples, uint32_t channels, 
 // ---- decoding --------------------------------------------------------------------------------------------
 
 struct SoundDecoder::State {
-  explicit State(const SoundFormat &given) : format(given), converter(given.channels, given.rate) {}
+  explicit State(const SoundFormat &given)
+      : format(given), converter(given.channels, given.rate, given.codec == SoundCodec::opus) {}
 
   const SoundFormat format;
   SampleConverter converter;
@@ -208,7 +221,7 @@ SoundDecoder::SoundDecoder(const SoundFormat &format) : state_(std::make_unique<
   if (is_opus && record.size() >= opus_header_size) record[opus_delay_at] = record[opus_delay_at + 1] = 0;
   copy_record(record, context->extradata, context->extradata_size);
   context->sample_rate = int(format.rate);
-  av_channel_layout_default(&context->ch_layout, int(format.channels));
+  set_layout(context->ch_layout, format.channels, is_opus);
   context->request_sample_fmt = AV_SAMPLE_FMT_FLT;
   const int code = avcodec_open2(context.get(), codec, nullptr);
   if (code < 0) fail("sound cannot be decoded", code);
@@ -324,7 +337,7 @@ std::string sound_file(const SoundPackets &sound) {
   codec.sample_rate = int(format.rate);
   codec.frame_size = int(format.packet_duration);
   codec.initial_padding = int(format.delay());
-  av_channel_layout_default(&codec.ch_layout, int(format.channels));
+  set_layout(codec.ch_layout, format.channels, is_opus);
   copy_record(format.record, codec.extradata, codec.extradata_size);
   stream->time_base = {1, int(format.rate)};
   muxer.check(avformat_write_header(muxer.context(), nullptr));

@@ -6,6 +6,7 @@
 #include "fvv_media/image.h"
 #include "fvv_mux/summary.h"
 #include "fvv_scene/memory_frames.h"
+#include "fvv_scene/sound_source.h"
 
 #include <memory>
 
@@ -22,6 +23,17 @@ struct CameraInput {
   bool visibility = false;
 };
 
+// A recording, as packets of Opus or AAC-LC: load_sound and encode_sound of fvv_media/sound.h make them.
+struct SoundInput {
+  media::SoundPackets packets; // times from frame 0
+  std::string title = "";
+  std::string language = ""; // BCP 47
+  // Where it is heard from, in metres; nothing: everywhere. per_frame: of a source that moves, for every
+  // frame that is added.
+  std::optional<scene::Place> position = {};
+  std::vector<scene::Place> per_frame = {};
+};
+
 // What does not change from frame to frame.
 struct Configuration {
   std::string name;                      // of the scene, for metadata
@@ -30,8 +42,9 @@ struct Configuration {
   std::vector<CameraInput> cameras;      // each with an identifier of its own
   // Every frame has a sample of each. The cameras that their tiles show have no pictures besides.
   std::vector<EncodedTrack> encoded = {};
-  uint8_t up = FVV_UP_UNKNOWN; // FVV_UP_...: the axis that points up
-  bool scale_unknown = false;  // lengths are in an unknown unit
+  std::vector<SoundInput> sounds = {}; // groups take what falls into them
+  uint8_t up = FVV_UP_UNKNOWN;         // FVV_UP_...: the axis that points up
+  bool scale_unknown = false;          // lengths are in an unknown unit
 };
 
 // One moment. All arrays are in the order of Configuration::cameras; those of cameras without them are empty

@@ -1,5 +1,6 @@
 #include "fvv_mux/encoder.h"
 #include "mux/src/encode/job.h"
+#include "mux/src/sound/sound.h"
 
 #include <algorithm>
 #include <chrono>
@@ -82,6 +83,7 @@ scene::Capture describe(const Configuration &configuration,
     }
     capture.cameras.push_back(std::move(camera));
   }
+  capture.sounds = sounds_of(configuration.sounds);
   for (size_t i = 0; i < configuration.encoded.size(); i++)
     check_tiles(configuration, configuration.encoded[i], "encoder: encoded track " + std::to_string(i));
   return capture;
@@ -182,6 +184,11 @@ struct Encoder::State {
     check_count(frame.masks.size(), "mask");
     check_count(frame.calibrations.size(), "calibration");
     check_count(frame.visibility.size(), "visibility array");
+    for (size_t i = 0; i < configuration.sounds.size(); i++) {
+      const size_t places = configuration.sounds[i].per_frame.size();
+      if (places && places <= added)
+        refuse("sound " + std::to_string(i) + " moves, and has no position here");
+    }
     for (size_t i = 0; i < cameras.size(); i++) {
       if (cameras[i].pictures) {
         if (frame.pictures.empty()) refuse("expected pictures");
@@ -273,6 +280,7 @@ Summary Encoder::finish() {
   if (s.configuration.meshes && !s.met_mesh)
     throw Error("encoder: expected a frame with a mesh before finish(), found none", Error::usage);
   if (s.pending) s.end_group(s.added);
+  s.summary.plan.warned = warn_of_lost_sound(s.summary.plan) || s.summary.plan.warned;
   s.job->finish(s.start);
   s.job.reset();
   return std::move(s.summary);

@@ -171,7 +171,7 @@ struct Fields {
     a(numerator, denominator);
   }
   template <class A> static void of(A &a, scene::SoundSource &v) {
-    auto &[file, stream, offset, first, title, language, position, per_frame] = v;
+    auto &[file, stream, offset, first, title, language, position, per_frame, memory] = v;
     a(file, stream, offset, first, title, language, position, per_frame);
   }
   template <class A> static void of(A &a, media::SoundFormat &v) {

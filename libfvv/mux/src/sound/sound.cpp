@@ -1,6 +1,7 @@
 #include "mux/src/sound/sound.h"
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/owned.h"
+#include "fvv_scene/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -63,6 +64,31 @@ std::string seconds_text(double seconds) {
 
 } // namespace
 
+std::vector<scene::SoundSource> sounds_of(const std::vector<SoundInput> &inputs) {
+  if (inputs.size() > scene::max_sounds)
+    throw Error("encoder: expected at most " + std::to_string(scene::max_sounds) + " sounds, found " +
+                    std::to_string(inputs.size()),
+                Error::usage);
+  std::vector<scene::SoundSource> out;
+  for (const SoundInput &input : inputs) {
+    scene::SoundSource sound;
+    sound.file = "sound " + std::to_string(out.size());
+    sound.title = input.title;
+    sound.language = input.language;
+    sound.position = input.position;
+    for (size_t i = 0; i < input.per_frame.size(); i++) sound.per_frame[int64_t(i)] = input.per_frame[i];
+    sound.memory = std::make_shared<const media::SoundPackets>(input.packets);
+    if (input.packets.packets.empty())
+      throw Error("encoder: " + sound.file + ": expected packets, found none", Error::usage);
+    if (!input.language.empty() && !scene::is_language(input.language))
+      throw Error("encoder: " + sound.file + ": language: expected a tag such as en or pt-BR, found " +
+                      scene::quote(input.language),
+                  Error::usage);
+    out.push_back(std::move(sound));
+  }
+  return out;
+}
+
 bool load_sounds(Plan &plan) {
   const scene::Capture &capture = plan.capture;
   const fvv_rational &frame = capture.frame_duration;
@@ -75,6 +101,11 @@ bool load_sounds(Plan &plan) {
   };
   for (const scene::SoundSource &source : capture.sounds) {
     plan.observer.check_cancelled();
+    if (source.memory) {
+      // How long the stream becomes is not known yet: groups take what falls into them.
+      plan.sounds.push_back({source, *source.memory});
+      continue;
+    }
     const std::string path = capture.resolve(source.file);
     const FileTime begin = begin_in_file(capture, source);
     media::SoundRequest request;
@@ -97,6 +128,24 @@ bool load_sounds(Plan &plan) {
     if (!plan.options.frames && track.packets.goes_on)
       warn(source.file, "its sound goes on after the last frame and is cut there");
     plan.sounds.push_back(std::move(track));
+  }
+  return warned;
+}
+
+bool warn_of_lost_sound(const Plan &plan) {
+  constexpr double most = 0.1; // seconds, as of files
+  const fvv_rational &frame = plan.capture.frame_duration;
+  const double end = double(plan.end()) * frame.numerator / frame.denominator;
+  bool warned = false;
+  for (const SoundTrack &track : plan.sounds) {
+    if (!track.source.memory) continue;
+    const double rate = track.packets.format.rate;
+    const bool none = track.packets.end() <= 0 || double(track.packets.start) / rate >= end;
+    if (!none && double(track.packets.end()) / rate <= end + most) continue;
+    plan.observer.warn(plan.capture.path + ": audio: " + track.source.file + ": " +
+                       (none ? "has no sound at the time of the frames"
+                             : "its sound goes on after the last frame and is cut there"));
+    warned = true;
   }
   return warned;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fvv/audio.h"
+#include "fvv_mux/encoder.h"
 #include "fvv_mux/plan.h"
 
 namespace fvv::mux {
@@ -12,9 +13,15 @@ inline uint16_t sound_track_id(size_t i) {
   return uint16_t(first_sound_track + i);
 }
 
+// For a capture in memory. Throws Error (usage).
+std::vector<scene::SoundSource> sounds_of(const std::vector<SoundInput> &inputs);
+
 // Reads and encodes the sound of the capture for the frames and groups of the plan. Returns whether it
 // warned. Error for a file that cannot be used and for a bit rate that does not fit.
 bool load_sounds(Plan &plan);
+
+// Of sound in memory, once all frames are known. Returns whether it warned.
+bool warn_of_lost_sound(const Plan &plan);
 
 // What ACFG says; borrows from the track.
 fvv_audio_config config_of(const SoundTrack &track);

@@ -1,10 +1,12 @@
 // The sound of a capture: files, when they begin, and where in the scene they are heard.
 #pragma once
 
+#include "fvv_media/sound.h"
 #include "fvv_scene/picture_source.h"
 
 #include <array>
 #include <map>
+#include <memory>
 
 namespace fvv::scene {
 
@@ -22,6 +24,8 @@ struct SoundSource {
   // number, at least of all frames of the capture.
   std::optional<Place> position;
   std::map<int64_t, Place> per_frame;
+  // In place of the file, which is a name for messages then; times from the capture's first frame.
+  std::shared_ptr<const media::SoundPackets> memory = nullptr;
 
   bool is_placed() const { return position || !per_frame.empty(); }
   // At a frame number of the capture, of a source that is placed.
