@@ -93,21 +93,21 @@ def test_processes_without_a_cluster(capture, whole, tmp_path):
 
 @pytest.fixture
 def memory():
-    """fsspec's storage in memory, emptied afterwards. It is shared by the threads of this process."""
+    """fsspec's storage in memory, emptied afterwards. One thread may use it: readers of a file share their position."""
     files = fsspec.filesystem("memory")
     yield files
     files.rm("/", recursive=True)
 
 
-def threads():
-    return concurrent.futures.ThreadPoolExecutor(2)
+def threads(count=2):
+    return concurrent.futures.ThreadPoolExecutor(count)
 
 
 def test_storage_that_is_not_local(capture, whole, memory, tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
     memory.put(str(capture), "/in", recursive=True)
-    with threads() as pool:
+    with threads(1) as pool:
         fvv.distributed.mux("memory://in", "memory://out/clip.fvv", pool, work="memory://work", **OPTIONS)
     assert memory.cat_file("/out/clip.fvv") == whole
     assert memory.ls("/out", detail=False) == ["/out/clip.fvv"]
@@ -118,7 +118,7 @@ def test_storage_that_is_not_local(capture, whole, memory, tmp_path, monkeypatch
 def test_a_group_reads_its_own_files(capture, memory):
     """From remote storage a task takes what its frames need."""
     memory.put(str(capture), "/in", recursive=True)
-    with threads() as pool:
+    with threads(1) as pool:
         fvv.distributed.mux("memory://in", "memory://a.fvv", pool, work="memory://work", **OPTIONS)
         first = memory.cat_file("/work/group-1.fvv")
         for name in memory.find("/in"):

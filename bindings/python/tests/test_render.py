@@ -270,7 +270,7 @@ def test_arguments_of_compare(players):
         (mesh, 5, {}, "b: expected a path"),
         (mesh, [], {}, "b: expected a path"),
         (mesh, bad, {}, "b: "),
-        (mesh, ([(0, 0)], [(0, 0, 0)]), {}, r"b: positions: expected the shape \(n, 3\)"),
+        (mesh, ([(0, 0)], [(0, 0, 0)]), {}, r"b: positions: expected float32 or float64 \(vertices, 3\)"),
         (mesh, (mesh[0], [(0.5, 1, 2)]), {}, "b: indices: expected integers"),
         (players, players, {"frames": 99}, "frames: expected a frame of"),
         (players, players, {"frames": range(0, 9, 2)}, "frames: expected"),

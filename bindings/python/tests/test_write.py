@@ -92,7 +92,9 @@ def test_a_writer_is_fvvmux(players, tmp_path, options):
 def test_every_option_of_fvvmux_has_its_name():
     words = set(re.findall(r"^ +(?:-\w,)?--([a-z-]+)", tool("fvvmux", "--help"), re.M))
     assert len(words) > 45
-    for word in words - {"help", "version", "json", "output", "force", "segments", "cameras"}:
+    others = {"help", "version", "json", "output", "force", "segments", "cameras"}
+    of_parts = {"plan", "part", "merge", "capture"}  # fvv.distributed
+    for word in words - others - of_parts:
         name = "budget" if word == "max-error" else word.replace("-", "_")
         with pytest.raises(fvv.UsageError) as caught:
             fvv.mux("/nowhere", io.BytesIO(), **{name: "?"})
