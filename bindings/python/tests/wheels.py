@@ -28,7 +28,16 @@ for path in vectors:
             for camera in frame.images:
                 assert frame.images[camera].pixels.ndim == 3
     assert fvv.check(path).ok
-print(len(vectors), "streams read")
+with fvv.open(next(path for path in vectors if path.stem == "tetrahedron")) as clip:
+    mesh = clip[0].mesh
+    with fvv.Writer("written.fvv", rate=25, force=True) as writer:
+        for _ in range(3):
+            writer.add(mesh)
+    assert fvv.compare(clip, "written.fvv", frames=0).distance.symmetric.max < 1e-3
+    assert fvv.render(clip, 0, ((3, 2, 4), (0, 0, 0)), size=(64, 48), pictures=False).shape == (48, 64, 3)
+with fvv.open("written.fvv") as clip:
+    assert len(clip) == 3
+print(len(vectors), "streams read, one written")
 """
 
 
