@@ -62,6 +62,7 @@ def mux(
         )
     texts = option_texts({"budget": budget, **options})
     _refuse_existing(target, force)
+    _refuse_input(target, source)
     folder = f"{target}.{uuid.uuid4().hex}.parts" if work is None else _url(work)
     executor = client.get_executor(pure=False) if hasattr(client, "get_executor") else client
     run = _Run(executor, source, folder, threads, retries, progress)
@@ -337,6 +338,17 @@ def _refuse_existing(url: str, force: bool) -> None:
         raise UsageError(f"{url}: is a folder, expected the name of a file", file=url)
     if not force and files.exists(path):
         raise UsageError(f"{url}: already exists; force=True replaces it", file=url)
+
+
+def _refuse_input(url: str, capture: str) -> None:
+    (files, path), (of_capture, root) = _filesystem(url), _filesystem(capture)
+    # A path of this machine may be another one on the workers.
+    if not (_is_local(files) and _is_local(of_capture) and os.path.exists(path) and os.path.exists(root)):
+        return
+    with _Capture(capture) as found:
+        for name in _core.files_of(found.path):
+            if os.path.exists(name) and os.path.samefile(name, path):
+                raise UsageError(f"{url}: is read by this call, and cannot be replaced", file=url)
 
 
 def _remove(folder: str) -> None:

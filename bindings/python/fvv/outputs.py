@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import stat
@@ -42,11 +43,10 @@ class FileOutput:
         self._file: BinaryIO | None = None
         #: Where the bytes are before `commit`; None: it is a pipe or a device.
         self.temporary: str | None = None
-        try:
+        found: os.stat_result | None = None
+        with contextlib.suppress(FileNotFoundError):
             found = os.stat(self._path)
-        except FileNotFoundError:
-            pass
-        else:
+        if found is not None:
             if stat.S_ISFIFO(found.st_mode) or stat.S_ISCHR(found.st_mode):
                 self._file = open(self._path, "wb")  # noqa: SIM115
                 return
@@ -59,6 +59,8 @@ class FileOutput:
                     raise UsageError(f"{path}: is read by this call, and cannot be replaced", file=path)
         self.temporary = _beside(self._path)
         self._file = open(self.temporary, "xb")  # noqa: SIM115
+        if found is not None:
+            os.chmod(self.temporary, stat.S_IMODE(found.st_mode))
 
     def write(self, data: bytes | memoryview) -> None:
         assert self._file is not None

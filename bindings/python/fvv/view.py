@@ -54,7 +54,7 @@ def render(
     focal: float | None = None,
     sources: Iterable[Key] | None = None,
     exclude: Iterable[Key] = (),
-    pictures: bool = True,
+    pictures: bool | None = None,
     environment: bool = True,
     background: Rgb = (0, 0, 0),
     unseen: Rgb | None = None,
@@ -79,7 +79,7 @@ def render(
     focal: float | None = None,
     sources: Iterable[Key] | None = None,
     exclude: Iterable[Key] = (),
-    pictures: bool = True,
+    pictures: bool | None = None,
     environment: bool = True,
     background: Rgb = (0, 0, 0),
     unseen: Rgb | None = None,
@@ -103,7 +103,7 @@ def render(
     focal: float | None = None,
     sources: Iterable[Key] | None = None,
     exclude: Iterable[Key] = (),
-    pictures: bool = True,
+    pictures: bool | None = None,
     environment: bool = True,
     background: Rgb = (0, 0, 0),
     unseen: Rgb | None = None,
@@ -124,7 +124,7 @@ def render(
     samples: of each pixel along its side: 1, 3, 5 or 7.
     focal: pixels, of (eye, target); None: the width, which is 53 degrees across.
     sources, exclude: cameras to take texture from, and cameras to leave out.
-    pictures: without, the mesh has the colours of its vertices, shaded.
+    pictures: without, the mesh has the colours of its vertices, shaded. None: where the frame has some of cameras.
     environment: draw the stream's background too.
     background, unseen: colours behind all, and of what no camera shows; unseen None: as the stream has it.
     blend ("viewer" or "paper"), threshold (cosine), best (cameras), inset (metres): in place of the stream's.
@@ -161,6 +161,8 @@ def render(
     taken = None if sources is None else _identifiers(clip, index, "sources", sources)
     if taken == []:
         raise UsageError("sources: expected a camera; pictures=False draws without")
+    if pictures is None:
+        pictures = taken is not None or bool(left_out) or len(clip[index].images) > 0
     options = {
         "size": size,
         "samples": samples,

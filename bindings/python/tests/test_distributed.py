@@ -207,6 +207,15 @@ def test_wrong_arguments_leave_nothing(capture, tmp_path, change):
     assert os.listdir(tmp_path) == []
 
 
+def test_a_file_of_the_capture_is_not_replaced(capture, tmp_path):
+    mesh = next(capture.glob("meshes/*0001*"))
+    before = mesh.read_bytes()
+    os.link(mesh, tmp_path / "alias.fvv")
+    with threads() as pool, pytest.raises(fvv.UsageError, match="is read by this call"):
+        fvv.distributed.mux(capture, tmp_path / "alias.fvv", pool, force=True, **OPTIONS)
+    assert mesh.read_bytes() == before and os.listdir(tmp_path) == ["alias.fvv"]
+
+
 def test_other_threads_run_while_a_group_is_encoded(capture, tmp_path):
     """The GIL is released: this thread counts on meanwhile."""
     with threads() as pool:

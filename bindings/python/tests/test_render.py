@@ -262,6 +262,18 @@ def test_meshes_and_arrays(players, coarse):
     assert same.distance.symmetric.max < 1e-6 and same.d1.symmetric.psnr == math.inf
 
 
+def test_a_stream_without_pictures_is_drawn(tmp_path):
+    with fvv.Writer(tmp_path / "meshes.fvv", rate=25) as writer:
+        writer.add(
+            ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+        )
+    with fvv.open(tmp_path / "meshes.fvv") as clip:
+        drawn = fvv.render(clip, 0, ((2, 2, 2), (0.3, 0.3, 0.3)), size=(64, 48))
+        assert drawn[24, 32].any() and not drawn[0, 0].any()
+        with pytest.raises(fvv.DamagedError, match="no camera is left"):
+            fvv.render(clip, 0, ((2, 2, 2), (0.3, 0.3, 0.3)), size=(64, 48), pictures=True)
+
+
 def test_arguments_of_compare(players):
     mesh = ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     bad = ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 3)])

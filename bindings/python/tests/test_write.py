@@ -394,12 +394,13 @@ def test_a_file_is_whole_or_absent(tmp_path):
     with pytest.raises(fvv.UsageError, match="already exists; force=True") as caught:
         fvv.Writer(path, rate=25)
     assert caught.value.file == str(path)
+    path.chmod(0o640)
     # While a clip is read from what is replaced.
     with fvv.open(path) as clip, fvv.Writer(path, rate=25, force=True, **TINY) as writer:
         for frame in clip[:3]:
             writer.add(frame.mesh)
         assert path.read_bytes() == content
-    assert len(fvv.open(path)) == 3
+    assert len(fvv.open(path)) == 3 and stat.S_IMODE(path.stat().st_mode) == 0o640
     content = path.read_bytes()
     with pytest.raises(ZeroDivisionError), fvv.Writer(path, rate=25, force=True, **TINY) as writer:
         writer.extend(tetrahedra(6))

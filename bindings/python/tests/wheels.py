@@ -34,7 +34,7 @@ with fvv.open(next(path for path in vectors if path.stem == "tetrahedron")) as c
         for _ in range(3):
             writer.add(mesh)
     assert fvv.compare(clip, "written.fvv", frames=0).distance.symmetric.max < 1e-3
-    assert fvv.render(clip, 0, ((3, 2, 4), (0, 0, 0)), size=(64, 48), pictures=False).shape == (48, 64, 3)
+    assert fvv.render(clip, 0, ((3, 2, 4), (0, 0, 0)), size=(64, 48)).shape == (48, 64, 3)
 with fvv.open("written.fvv") as clip:
     assert len(clip) == 3
 print(len(vectors), "streams read, one written")
