@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound, python, distributed.
+import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound, python, hypothesis, distributed.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -384,6 +384,10 @@ def python_time():
     return python_package.measure(lambda: fvvbench("read")["python.c_read_ms"], BUILD, WORK, STREAM, CAPTURE)
 
 
+def hypothesis_examples():
+    return {"hypothesis.examples": python_package.examples(BUILD)}
+
+
 def cluster():
     """Groups as tasks of Dask; an hour of 20 cameras is simulated."""
     return dask_times.measure(tool, BUILD, WORK)
@@ -414,6 +418,7 @@ PARTS = {
     "player": played,
     "sound": player.sound,
     "python": python_time,
+    "hypothesis": hypothesis_examples,
     "distributed": cluster,
 }
 

@@ -8,6 +8,7 @@ package is on PYTHONPATH then.
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import threading
@@ -110,6 +111,24 @@ def wheel_size(work):
     if done.returncode:
         sys.exit(f"bench: the wheel was not built: {done.stderr[-2000:]}")
     return max((work / "wheel").glob("fvv-*.whl"), key=os.path.getmtime).stat().st_size / 2**20
+
+
+def examples(build):
+    """How many examples of hypothesis the package's tests pass."""
+    tests = ROOT / "bindings/python/tests"
+    environment = os.environ | {
+        "PYTHONPATH": str(build / "bindings/python"),
+        "FVV_TOOLS_DIR": str(build / "tools"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--hypothesis-show-statistics", "-k", "not types",
+         *sorted(path for path in tests.glob("test_*.py") if "hypothesis" in path.read_text())],
+        env=environment, cwd=ROOT, capture_output=True, text=True,
+    )  # fmt: skip
+    if done.returncode:
+        sys.exit(f"bench: a property does not hold: {done.stdout[-2000:]}")
+    return sum(map(int, re.findall(r"(\d+) passing examples", done.stdout)))
 
 
 def child(build, *arguments):

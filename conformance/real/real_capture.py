@@ -31,22 +31,24 @@ def data(name):
     return path
 
 
-def tool(name, *arguments):
-    """Shows the command, runs the tool and returns its output; ends the run when it fails."""
+def tool(name, *arguments, code=0):
+    """Shows the command, runs the tool and returns its output; ends the run when it returns another code."""
     print("$", name, *(str(a).replace(str(ROOT) + "/", "") for a in arguments), flush=True)
     done = subprocess.run([TOOLS / name / name, *map(str, arguments)], stdout=subprocess.PIPE, text=True)
-    if done.returncode != 0:
-        print(f"failed: {name} returned {done.returncode}")
+    if done.returncode != code:
+        print(f"failed: {name} returned {done.returncode}, expected {code}")
         sys.exit(1)
     return done.stdout
 
 
-def round_trip(capture, *options):
-    """Packs and verifies a capture, checks and unpacks the stream. Returns the reports of fvvmux and fvvinfo, and the folder."""
+def round_trip(capture, *options, code=0):
+    """Packs and verifies a capture, checks and unpacks the stream. Returns the reports of fvvmux and fvvinfo, and the folder.
+
+    code: of fvvmux; 3 where it has to warn.
+    """
     stream, out = capture.with_name("capture.fvv"), capture.with_name("out")
-    summary = json.loads(
-        tool("fvvmux", capture, "-o", stream, "--verify", "--keep-geometry", "--force", "--json", *options)
-    )
+    command = [capture, "-o", stream, "--verify", "--keep-geometry", "--force", "--json", *options]
+    summary = json.loads(tool("fvvmux", *command, code=code))
     print(tool("fvvinfo", "--check", stream))
     shutil.rmtree(out, ignore_errors=True)
     tool("fvvdemux", stream, "-o", out)

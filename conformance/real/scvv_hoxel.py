@@ -77,7 +77,8 @@ def main():
     capture = describe(source, real.WORK / "scvv_hoxel")
     frames = ["--frames", f"{FIRST}-{FIRST + COUNT - 1}"]
     wishes = ["--step", f"{STEP}", "--texture-bits", TEXTURE_BITS, "--quality", f"{TARGET}dB"]
-    _, _, out = real.round_trip(capture, *frames, *wishes, *WINDING)
+    # Two frames have a speck of less than a square millimetre, which vanishes on the lattice.
+    _, _, out = real.round_trip(capture, *frames, *wishes, *WINDING, code=3)
     described = json.loads((out / "capture.json").read_text())["atlas"]
     assert described == {"pictures": "atlas/%04d.png", "texture_bits": TEXTURE_BITS}, described
     for number in range(FIRST, FIRST + COUNT, 7):
