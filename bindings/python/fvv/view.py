@@ -124,7 +124,7 @@ def render(
     samples: of each pixel along its side: 1, 3, 5 or 7.
     focal: pixels, of (eye, target); None: the width, which is 53 degrees across.
     sources, exclude: cameras to take texture from, and cameras to leave out.
-    pictures: without, the mesh has the colours of its vertices, shaded. None: where the frame has some of cameras.
+    pictures: False: the mesh has the colours of its vertices, shaded. None: True where the stream has video.
     environment: draw the stream's background too.
     background, unseen: colours behind all, and of what no camera shows; unseen None: as the stream has it.
     blend ("viewer" or "paper"), threshold (cosine), best (cameras), inset (metres): in place of the stream's.
@@ -162,7 +162,7 @@ def render(
     if taken == []:
         raise UsageError("sources: expected a camera; pictures=False draws without")
     if pictures is None:
-        pictures = taken is not None or bool(left_out) or len(clip[index].images) > 0
+        pictures = any(track.kind == "video" for track in clip.tracks)
     options = {
         "size": size,
         "samples": samples,
