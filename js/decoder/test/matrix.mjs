@@ -9,6 +9,7 @@ import { cpSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writ
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { stripVTControlCharacters } from "node:util";
 
 import { root } from "../../testing/served.mjs";
 import { awaitPost, browsers, visit } from "./browsers.mjs";
@@ -67,7 +68,7 @@ const bundlers = {
     ...ownWorker,
   },
   "vite-dev": {
-    serve: (port) => ["vite", "--host", "127.0.0.1", "--port", String(port), "--strictPort"],
+    serve: ["vite", "--host", "127.0.0.1", "--port", "0"],
     configuration: 'export default { optimizeDeps: { exclude: ["@fvv/decoder"] } };',
     worker: true,
   },
@@ -103,7 +104,7 @@ async function listen(folder, clip) {
     server.closeAllConnections();
     server.close();
   };
-  return { url: `http://127.0.0.1:${server.address().port}`, port: server.address().port, result, close };
+  return { url: `http://127.0.0.1:${server.address().port}`, result, close };
 }
 
 /** The result that the page at a URL posts. */
@@ -146,21 +147,26 @@ function prepare(name, work, archive, to) {
 }
 
 /** The bundler's own development server; the clip is copied to its public folder. */
-async function runServer(name, project, clip, { port, result }) {
+async function runServer(name, project, clip, result) {
   mkdirSync(join(project, "public"));
   cpSync(clip, join(project, "public/clip.fvv"));
-  const [program, ...parameters] = bundlers[name].serve(port + 1);
+  const [program, ...parameters] = bundlers[name].serve;
   const server = spawn(tool(program), parameters, {
     cwd: project,
     stdio: ["ignore", "pipe", "inherit"],
     detached: true,
   });
   try {
-    await new Promise((ready, reject) => {
-      server.stdout.on("data", (text) => /127\.0\.0\.1/.test(text) && ready());
+    const url = await new Promise((ready, reject) => {
+      let said = "";
+      server.stdout.on("data", (text) => {
+        said += stripVTControlCharacters(String(text));
+        const [found] = said.match(/http:\/\/127\.0\.0\.1:\d+\/(?=\s)/) ?? [];
+        if (found) ready(found);
+      });
       server.once("exit", (code) => reject(new Error(`${program} ended: ${code}`)));
     });
-    return await resultAt(`http://127.0.0.1:${port + 1}/`, result);
+    return await resultAt(url, result);
   } finally {
     process.kill(-server.pid);
   }
@@ -172,7 +178,7 @@ async function attempt(name, work, archive, clip) {
   try {
     const ownServer = bundlers[name].serve !== undefined;
     folder = prepare(name, work, archive, ownServer ? host.url : "");
-    return await (ownServer ? runServer(name, folder, clip, host) : resultAt(`${host.url}/`, host.result));
+    return await (ownServer ? runServer(name, folder, clip, host.result) : resultAt(`${host.url}/`, host.result));
   } catch (error) {
     return { error: `${error.message}\n${error.stdout ?? ""}` };
   } finally {

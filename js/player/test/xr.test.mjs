@@ -126,6 +126,8 @@ describe("placement", () => {
 });
 
 describe("sessions", { skip: missingBrowser("chromium") }, () => {
+  // Pixels of the window; small, because a processor without a graphics card draws them.
+  const size = [640, 360];
   let folder, served, browser, page;
 
   before(async () => {
@@ -138,7 +140,7 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     await bundle(here("xr_page.js"), [here("xr_page.html"), here("page.css")], served.folder);
     copyFileSync(join(folder, "players.fvv"), join(served.folder, "players.fvv"));
     browser = await openBrowser("chromium");
-    page = await browser.newPage(`${served.url}xr_page.html`, 960, 540);
+    page = await browser.newPage(`${served.url}xr_page.html`, ...size);
     await until(() => window.player?.readyState === 4);
     await until(() => window.player.hasEnvironment && !window.player.isMoving);
   });
@@ -149,7 +151,7 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
   });
 
   const ask = (expression, ...values) => page.evaluate(expression, ...values);
-  const until = (condition, ...values) => page.waitForFunction(condition, { timeout: 15000, polling: 50 }, ...values);
+  const until = (condition, ...values) => page.waitForFunction(condition, { timeout: 60000, polling: 50 }, ...values);
   /** Waits for count pictures of the screen. */
   const pictures = (count) =>
     ask(async (count) => {
@@ -200,7 +202,7 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     await pictures(3);
     const picture = await screen("vr");
     const [left, right] = [0, 1].map((eye) => middleOf(picture, eye, blue));
-    assert.ok(left.count > 3000 && right.count > 3000, `${left.count} and ${right.count} blue pixels`);
+    assert.ok(left.count > 1300 && right.count > 1300, `${left.count} and ${right.count} blue pixels`);
     // The nearer player is blue: the left eye sees it farther to the right.
     const disparity = left.column - right.column;
     assert.ok(disparity > 2 && disparity < 30, `${disparity} pixels`);
@@ -220,9 +222,8 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     const turned = await placement();
     assert.ok(Math.abs(turned.turn - first.turn - Math.PI / 6) < 1e-6, "one turn for each deflection");
     await ask(() => window.device.controllers.right.updateAxes("thumbstick", 0, -1));
-    await pictures(4);
+    await until((scale) => window.player.placement.scale > 1.05 * scale, first.scale);
     await ask(() => window.device.controllers.right.updateAxes("thumbstick", 0, 0));
-    assert.ok((await placement()).scale > 1.05 * first.scale);
     await screen("turned");
     await ask(() => window.device.controllers.left.updateAxes("thumbstick", 1, 0));
     await until(() => window.player.currentFrame >= 3);
@@ -239,11 +240,17 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     await ask(() => window.device.controllers.right.updateButtonValue("squeeze", 0));
     await pictures(2);
     assertClose((await placement()).anchor, [held.anchor[0], held.anchor[1] + 0.25, held.anchor[2]], 1e-3);
+    // A slow machine may have played the clip to its end between two looks: what happened is kept.
+    await ask(() => {
+      window.happened = new Set();
+      const { player, happened } = window;
+      player.addEventListener("play", () => happened.add("play"), { once: true });
+      player.addEventListener("timeupdate", () => player.currentFrame > 1 && happened.add("moved"));
+    });
     await ask(() => window.device.controllers.right.updateButtonValue("trigger", 1));
     await pictures(2);
     await ask(() => window.device.controllers.right.updateButtonValue("trigger", 0));
-    await until(() => !window.player.paused);
-    await until(() => window.player.currentFrame > 1);
+    await until(() => window.happened.has("play") && window.happened.has("moved"));
     await ask(() => window.player.pause());
   });
 
@@ -252,7 +259,7 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     await until(() => window.player.immersive === null && !window.player.isMoving);
     assert.equal(await ask(() => window.player.hasAttribute("immersive")), false);
     const { width, height } = await ask(() => window.player.stats);
-    assert.deepEqual([width, height], [928, 522]);
+    assert.deepEqual([width, height], [608, 342]);
     await screen("left");
     assert.ok(await ask(() => new Set(new Uint32Array(window.player.readPixels().data.buffer)).size > 500));
   });
@@ -263,9 +270,9 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     await pictures(3);
     const picture = await screen("ar");
     for (const eye of [0, 1]) {
-      assert.ok(middleOf(picture, eye, blue).count > 3000);
+      assert.ok(middleOf(picture, eye, blue).count > 1300);
       const empty = middleOf(picture, eye, (r, g, b) => r + g + b === 0).count;
-      assert.ok(empty > 0.6 * 480 * 540, `${empty} pixels are empty`);
+      assert.ok(empty > 0.6 * (size[0] / 2) * size[1], `${empty} pixels are empty`);
     }
     // The device ends the session.
     await ask(() => window.device.activeSession.end());
