@@ -69,8 +69,19 @@ public:
   Calls(py::object the_sink, py::object on_warning, py::object on_progress)
       : sink(std::move(the_sink)), warning(std::move(on_warning)), progress(std::move(on_progress)) {}
 
-  // A run begins on this thread.
-  void begin() { owner = std::this_thread::get_id(); }
+  // A run on this thread, without the GIL. Raises what was raised in Python meanwhile, else what broke the
+  // run: as an error of usage, or with the status broken.
+  template <class Work> void guard(fvv_status broken, const Work &work) {
+    owner = std::this_thread::get_id();
+    try {
+      const py::gil_scoped_release release;
+      work();
+    } catch (const Error &error) {
+      rethrow();
+      refuse(error, broken);
+    }
+    rethrow();
+  }
 
   mux::Sink bytes() {
     return [this](const void *data, size_t size) {
@@ -88,6 +99,7 @@ public:
     return out;
   }
 
+private:
   // With the GIL: raises what was raised meanwhile.
   void rethrow() {
     if (!pending) return;
@@ -97,7 +109,6 @@ public:
     throw error;
   }
 
-private:
   template <class Work> bool run(const Work &work) {
     if (failed) return false;
     const py::gil_scoped_acquire acquire;
@@ -177,17 +188,7 @@ public:
   py::object result(const std::string &output) const { return parsed(mux::summary_json(*summary, output)); }
 
 private:
-  template <class Work> void guarded(const Work &work) {
-    calls.begin();
-    try {
-      const py::gil_scoped_release release;
-      work();
-    } catch (const Error &error) {
-      calls.rethrow();
-      refuse(error, FVV_ERROR_DAMAGED);
-    }
-    calls.rethrow();
-  }
+  template <class Work> void guarded(const Work &work) { calls.guard(FVV_ERROR_DAMAGED, work); }
 
   Calls calls;
   std::optional<mux::Muxer> muxer;
@@ -361,17 +362,7 @@ private:
     }
   }
 
-  template <class Work> void guarded(const Work &work) {
-    calls.begin();
-    try {
-      const py::gil_scoped_release release;
-      work();
-    } catch (const Error &error) {
-      calls.rethrow();
-      refuse(error, FVV_ERROR_ARGUMENT);
-    }
-    calls.rethrow();
-  }
+  template <class Work> void guarded(const Work &work) { calls.guard(FVV_ERROR_ARGUMENT, work); }
 
   const mux::Options chosen;
   Calls calls;

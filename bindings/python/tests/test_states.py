@@ -19,7 +19,7 @@ from hypothesis.stateful import (
     rule,
 )
 from PIL import Image
-from test_damage import CONTENTS, damaged, fed, flipped, seen, values, whole
+from test_damage import CONTENTS, damaged, fed, flipped, opened, seen, values, whole
 
 # The profile's examples, as a part; a state machine makes many calls in each.
 EXAMPLES = settings().max_examples
@@ -276,10 +276,8 @@ def test_a_stream_that_is_joined_late(name, part, size):
 @example(("delta/field", flipped(CONTENTS["delta/field"], CONTENTS["delta/field"].rindex(b"GEND") + 20)))
 def test_chunks_of_damaged_streams_lie_in_them(case):
     _, content = case
-    try:
-        clip = fvv.open(content)
-    except fvv.Error as error:
-        assert not isinstance(error, fvv.UsageError)
+    clip = opened(content)
+    if clip is None:
         return
     with clip:
         chunks = clip.chunks()
