@@ -14,16 +14,16 @@ function narrow(bytes) {
   return out;
 }
 
-/** A PlanarPicture of @fvv/decoder, which cannot be uploaded like a VideoFrame. */
-const isPlanar10 = (image) => image?.format === "I420P10" && image.data;
+/** Bytes of a sample, by the formats whose planes are uploaded; those of other formats stay on the GPU. */
+const sampleBytes = { I420: 1, I420P10: 2 };
 
 /** Returns {video, image} or, for planes in memory, {video, planes}. */
 export async function loadPicture(video, image) {
-  if (image?.format !== "I420" && !isPlanar10(image)) return { video, image };
+  const bytes = sampleBytes[image?.format];
+  if (!bytes) return { video, image };
   const { width, height } = image.visibleRect;
   const [columns, rows] = [Math.ceil(width / 2), Math.ceil(height / 2)];
   const chroma = columns * rows;
-  const bytes = image.format === "I420" ? 1 : 2;
   const copied = new Uint8Array((width * height + 2 * chroma) * bytes);
   const layout = [
     { offset: 0, stride: width * bytes },
