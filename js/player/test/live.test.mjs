@@ -88,7 +88,7 @@ for (const name of ["chromium", "firefox"])
       await wait(1500);
       assert.ok((await ask(() => window.player.liveLatency)) > 1.2);
       await click(control("live"));
-      await until(() => !window.player.paused && window.player.liveLatency < 0.6, { timeout: 4000 });
+      await until(() => !window.player.paused && window.player.liveLatency < 0.6);
       const frame = await ask(() => window.player.stats.contentFrames);
       await until((frame) => window.player.stats.contentFrames > frame, frame);
     });

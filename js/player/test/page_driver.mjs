@@ -35,7 +35,7 @@ export async function openPage(name, clip, live, sound = false) {
 /** page(): returns puppeteer's page. screens: folder for screenshots; name: of the browser, for file names. */
 export function drivePage(page, screens, name) {
   const ask = (expression, ...values) => page().evaluate(expression, ...values);
-  const until = (condition, ...values) => page().waitForFunction(condition, { timeout: 15000, polling: 50 }, ...values);
+  const until = (condition, ...values) => page().waitForFunction(condition, { timeout: 60000, polling: 50 }, ...values);
   const events = () => ask(() => window.events.splice(0).filter((type) => type !== "camera-change"));
   const screen = (what) => page().screenshot({ path: join(screens, `player-${name}-${what}.png`) });
   /** The box of an element in the shadow tree of the player, in pixels of the page. */
