@@ -180,7 +180,9 @@ void take_packets(Sound &sound, const fvv_audio_config &config, const fvv_audio_
                           {"sha256", sha256(sound.bytes.data() + before, sound.bytes.size() - before)}});
 }
 
-void take_sound_of_group(fvv_stream *stream, size_t group, std::map<uint16_t, Sound> &tracks) {
+// What is taken is removed from offsets: a group that only a wrong index lists may overlap with another.
+void take_sound_of_group(fvv_stream *stream, size_t group, std::set<uint64_t> &offsets,
+                         std::map<uint16_t, Sound> &tracks) {
   // Reading damage that is met in tables does not change what the handle points to.
   fvv_file *file = const_cast<fvv_file *>(fvv_stream_file(stream));
   const fvv_configuration *configuration;
@@ -192,7 +194,7 @@ void take_sound_of_group(fvv_stream *stream, size_t group, std::map<uint16_t, So
   std::map<uint16_t, fvv_audio_place> places;
   std::map<uint16_t, bool> lost; // what follows a wrong chunk in its group cannot be placed
   for (size_t i = 0; i < count; i++) {
-    if (chunks[i].type != FVV_CHUNK_AUDIO || lost[chunks[i].track]) continue;
+    if (!offsets.count(chunks[i].offset) || lost[chunks[i].track]) continue;
     const fvv_audio_config *config = fvv_configuration_audio(configuration, chunks[i].track);
     if (!config || !fvv_audio_codec_known(config->codec)) continue;
     const uint8_t *payload;
@@ -205,19 +207,21 @@ void take_sound_of_group(fvv_stream *stream, size_t group, std::map<uint16_t, So
     if (status == FVV_OK)
       status = fvv_audio_follow(&places[chunks[i].track], config, configuration->scene.time_base, &chunk,
                                 chunks[i].time, fvv_file_group(file, group)->end, nullptr);
-    if (status == FVV_OK)
+    if (status == FVV_OK) {
       take_packets(tracks[chunks[i].track], *config, chunk, packets);
-    else
+      offsets.erase(chunks[i].offset);
+    } else {
       lost[chunks[i].track] = true;
+    }
   }
 }
 
 } // namespace
 
-json sounds(fvv_stream *stream) {
+json sounds(fvv_stream *stream, std::set<uint64_t> offsets) {
   std::map<uint16_t, Sound> tracks;
   for (size_t i = 0; i < fvv_file_group_count(fvv_stream_file(stream)); i++)
-    take_sound_of_group(stream, i, tracks);
+    take_sound_of_group(stream, i, offsets, tracks);
   json out = json::object();
   for (const auto &[track, sound] : tracks)
     if (sound.packets)

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <set>
 #include <string>
 
 namespace fvv::conformance {
@@ -14,8 +15,8 @@ std::string sha256(const void *bytes, size_t size);
 
 // Null: something of the frame does not decode.
 nlohmann::json frame_arrays(fvv_stream *stream, size_t frame);
-// By track: the packets of all chunks that are in order. An object.
-nlohmann::json sounds(fvv_stream *stream);
+// By track: the packets of the chunks at some offsets. An object.
+nlohmann::json sounds(fvv_stream *stream, std::set<uint64_t> offsets);
 // By track: the environments of the last group. An object.
 nlohmann::json backgrounds(fvv_stream *stream);
 

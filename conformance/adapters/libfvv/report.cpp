@@ -19,11 +19,15 @@ namespace {
 // Bytes, clauses 3.1 and 4.1 of the specification.
 constexpr uint64_t file_header_size = 24, chunk_header_size = 32;
 
+// Of a frame: the offset of its group, and its time.
+using Place = std::pair<uint64_t, int64_t>;
+
 // What the reader's events tell about a stream.
 struct Seen {
   std::map<uint64_t, uint64_t> chunks; // offset of each header to the end of its payload
-  std::vector<int64_t> frames;         // times, in order of the stream
-  bool in_frame = false;
+  std::vector<Place> frames;           // in order of the stream
+  uint64_t group = 0;                  // offset of the last GRUP
+  std::set<uint64_t> sound;            // offsets of AUDI chunks before which nothing of their group is wrong
   bool has_index = false;
 };
 
@@ -34,12 +38,12 @@ void take_event(void *user, const fvv_event *event) {
   const uint64_t payload = event->offset + chunk_header_size;
   seen.chunks[event->offset] = chunk.size < UINT64_MAX - payload ? payload + chunk.size : UINT64_MAX;
   if (event->kind != FVV_EVENT_CHUNK) return;
-  if (chunk.type == FVV_CHUNK_GROUP) seen.in_frame = false;
+  if (chunk.type == FVV_CHUNK_GROUP) seen.group = event->offset;
+  if (chunk.type == FVV_CHUNK_AUDIO && event->group_intact) seen.sound.insert(event->offset);
   if (chunk.type == FVV_CHUNK_INDEX) seen.has_index = true;
   if ((chunk.type != FVV_CHUNK_MESH && chunk.type != FVV_CHUNK_VIDEO_PACKET) || !chunk.track) return;
-  if (seen.in_frame && seen.frames.back() == chunk.time) return;
-  seen.frames.push_back(chunk.time);
-  seen.in_frame = true;
+  const Place place = {seen.group, chunk.time};
+  if (seen.frames.empty() || seen.frames.back() != place) seen.frames.push_back(place);
 }
 
 // Issues are reported where the chunk begins, also those of a place within its payload.
@@ -72,8 +76,8 @@ fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
   return FVV_OK;
 }
 
-std::set<int64_t> whole_times(const fvv_checker *checker, const Seen &seen) {
-  std::set<int64_t> out;
+std::set<Place> whole_frames(const fvv_checker *checker, const Seen &seen) {
+  std::set<Place> out;
   for (size_t i = 0; i < fvv_checker_run_count(checker); i++) {
     const fvv_frame_run &run = *fvv_checker_run(checker, i);
     for (uint64_t k = run.first; k < run.first + run.count && k < seen.frames.size(); k++)
@@ -158,14 +162,16 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
   fvv_stream *opened = nullptr;
   if (fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) != FVV_OK) return out;
   const std::unique_ptr<fvv_stream, StreamCloser> stream(opened);
-  std::set<int64_t> whole = whole_times(created, seen);
+  const std::set<Place> whole = whole_frames(created, seen);
   for (size_t i = 0; i < fvv_stream_frame_count(opened); i++) {
     fvv_frame frame;
-    if (fvv_stream_frame(opened, i, &frame, nullptr) != FVV_OK || !whole.count(frame.time)) continue;
+    if (fvv_stream_frame(opened, i, &frame, nullptr) != FVV_OK) continue;
+    const fvv_group_info &group = *fvv_file_group(fvv_stream_file(opened), frame.group);
+    if (!whole.count({group.offset, frame.time})) continue;
     const json arrays = frame_arrays(opened, i);
     if (!arrays.is_null()) out["frames"].push_back(arrays);
   }
-  out["sounds"] = sounds(opened);
+  out["sounds"] = sounds(opened, seen.sound);
   out["background"] = backgrounds(opened);
   return out;
 }
