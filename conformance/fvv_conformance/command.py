@@ -1,11 +1,11 @@
-"""fvv-conformance run, sweep and list."""
+"""fvv-conformance run, sweep, render and list."""
 
 import argparse
 import os
 import pathlib
 import sys
 
-from . import FORMAT, __version__
+from . import FORMAT, __version__, rendering
 from .cases import BadCase, default_folder, load
 from .decoder import DecoderError
 from .outputs import OutputExists, as_text, html, junit, print_result, table, without_controls, write_file
@@ -28,6 +28,7 @@ def parser():
         "sweep", help="damage the cases: what decoders call intact has to be bit-identical"
     )
     listing = commands.add_parser("list", help="print the names and titles of cases")
+    rendering.add_parser(commands)
     for one in run, sweep, listing:
         one.add_argument(
             "--cases", metavar="DIR", type=pathlib.Path, help="default: those that came with the package"
@@ -177,6 +178,21 @@ def sweep(arguments, cases):
     return FAILED if any(row["silent"] or row["failed"] or row["disagreed"] for row in rows) else DONE
 
 
+def render(arguments):
+    refuse_existing([arguments.json], arguments.force)
+    vectors = rendering.load_vectors(arguments.vectors or rendering.default_folder(), arguments.only)
+    results = []
+    for command in arguments.renderer:
+        progress = Progress("pictures")
+        results.append(rendering.test_renderer(command, vectors, arguments.timeout, progress.step))
+        progress.close()
+    for line in rendering.lines_of(results):
+        print(without_controls(line), file=sys.stderr if arguments.json == "-" else sys.stdout)
+    if arguments.json:
+        write_outputs([(arguments.json, lambda: as_text(rendering.as_json(results)))], arguments.force)
+    return FAILED if any(drawn.problem for one in results for drawn in one.drawn) else DONE
+
+
 def list_cases(cases):
     for case in cases:
         print(f"{case.name}: {case.about.get('title', '')}")
@@ -186,6 +202,8 @@ def list_cases(cases):
 def main(given=None):
     arguments = parser().parse_args(given)
     try:
+        if arguments.command == "render":
+            return render(arguments)
         cases = load(arguments.cases or default_folder(), arguments.only)
         if not cases:
             raise BadCase(f"{arguments.cases or default_folder()}: no cases found")

@@ -57,7 +57,10 @@ window.render = async (which, file, number, view) => {
     if (!frame?.mesh) throw new Error(`no mesh in frame ${number}`);
     try {
       const lost = frame.configuration.videos.filter(({ track }) => !frame.picture(track));
-      if (lost.length) return { unsupported: `no picture of track ${lost[0].track}: ${warnings.join("; ")}` };
+      if (lost.length)
+        return {
+          unsupported: `no picture of track ${lost[0].track}, codec ${lost[0].codec}, ${lost[0].bitDepth} bits${warnings.map((text) => `; ${text}`).join("")}`,
+        };
       const { width, height, data } = await draw(frame, { skew: 0, ...view });
       return { width, height, rgba: base64(data) };
     } finally {
