@@ -415,23 +415,23 @@ class Reader:
                 for track, parts in sorted(sounds.items())
             },
             "background": backgrounds,
-            "summary": self.summary(len(frames)),
+            "summary": self.summary(),
         }
 
-    def summary(self, frames):
+    def summary(self):
         block = self.block
         tracks = []
-        for identifier, track in sorted(block.tracks.items()) if block else ():
-            entry = {"id": identifier, "kind": KIND_NAMES.get(track.kind, track.kind)}
+        for identifier, track in block.tracks.items() if block else ():
+            entry = {"id": identifier, "kind": KIND_NAMES.get(track.kind, "unknown")}
             coded = block.videos.get(identifier) or block.audios.get(identifier)
             if coded:
                 entry["codec"] = coded.codec.decode("latin-1")
             tracks.append(entry)
         return {
             "groups": len(self.groups),
-            "frames": frames,
+            "frames": sum(len(group.frame_times) for group in self.groups),
             "tracks": tracks,
-            "cameras": sorted(block.cameras) if block else [],
+            "cameras": list(block.cameras) if block else [],
             "ended": self.ended,
             "indexed": self.indexed,
         }
