@@ -306,17 +306,16 @@ def relations():
         "9.2",
         lambda s: (cameras(s, 0, 5), s.chunk("CAMR", payloads.camera(5), fault=2203)),
     )
-    ends_at_group(
+    in_block(
         "tiles_unknown_camera",
         "TILE names a camera that does not exist.",
         "9.2",
         lambda s: (
             cameras(s, 0),
             s.chunk("VCFG", payloads.video(), track=2),
-            s.chunk("TILE", payloads.tiles(payloads.tile(1)), track=2),
+            s.chunk("TILE", payloads.tiles(payloads.tile(1)), track=2, fault=2203),
         ),
-        2203,
-        VIDEO_TRACK,
+        tracks=VIDEO_TRACK,
     )
     motion = [(3, payloads.track(payloads.CALIBRATION, "motion"))]
     ends_at_group(
