@@ -114,6 +114,7 @@ class Reader:
             self.block.complete = False
         if self.place in ("start", "between") or found.kind in (b"GRUP", b"SCEN", b"GEND"):
             self.close_group()
+            self.close_block(found.offset)
             self.place = "lost"
 
     def take(self, chunk):
@@ -215,6 +216,7 @@ class Reader:
             elif self.place == "configuration" and (known is None or kind in CONFIGURATION):
                 self.configure(chunk, broken)
             elif self.place == "configuration":
+                self.close_block(chunk.offset)
                 self.place = "lost"
         except Broken as failure:
             self.payload_broken(chunk, failure)
@@ -226,8 +228,6 @@ class Reader:
         self.damaged = True
         if not self.issues or self.issues[-1].offset != chunk.offset:
             self.note(chunk.offset, failure.issue, str(failure))
-        if failure.issue == 7001:
-            raise Refused
 
     def configure(self, chunk, broken):
         """broken: the issue of its header, place or counter. After 1105 the digest shows whether all chunks are there."""
@@ -378,9 +378,9 @@ class Reader:
         demand(len(chunk.payload) == 24, 1302, "size of FOOT")
         offset, size, crc, reserved = struct.unpack("<QQII", chunk.payload)
         demand(reserved == 0, 1302, "reserved field of FOOT")
-        demand(size == chunk.end or self.damaged, 1302, f"size of the stream {size}")
+        demand(size == chunk.end, 1302, f"size of the stream {size}")
         if self.index:
-            demand((offset, crc) == (self.index.offset, self.index.crc) or self.damaged, 1302, "INDX in FOOT")
+            demand((offset, crc) == (self.index.offset, self.index.crc), 1302, "INDX in FOOT")
             self.indexed = True
 
     def finish(self):

@@ -195,7 +195,6 @@ class Block:
 
     def _META(self, chunk, first):
         text(chunk.payload)
-        demand(chunk.track == 0 or chunk.track in self.tracks, 1210, f"track {chunk.track}")
 
     def _CAMR(self, chunk, first):
         demand(len(self.cameras) < CAMERAS, 7001, "too many cameras")
