@@ -43,7 +43,7 @@ def file_header():
             f"file_header_of_{size}_bytes",
             f"The stream ends after {size} bytes.",
             "3.1",
-            lambda size=size: bytes_of(good[:size], 1005),
+            lambda size=size: bytes_of(good[:size], 1005, size),
         )
     faulty(
         "file_header_crc",
