@@ -53,7 +53,8 @@ def frame_differences(expected, found, parts, all_of_them):
     for time in sorted(set(times)):
         if times.count(time) > 1:
             yield f"frame {time}: reported {times.count(time)} times"
-    if times != sorted(times):
+    # After damage a decoder may find a group later than its place.
+    if all_of_them and times != sorted(times):
         yield "frames are not in order of time"
     for frame in found:
         time = number(frame["time"])

@@ -8,7 +8,7 @@ import struct
 from typing import NamedTuple
 
 from .container import CHUNKS, DATA, FLAGS, Broken, crc32c, demand
-from .decode.configuration import Block
+from .decode.configuration import Block, TooMany
 from .decode.group import KIND_OF, Group, sha256
 from .decode.scan import FILE_HEADER, Damage, scan
 
@@ -36,11 +36,17 @@ class Refused(Exception):
 class Reader:
     """Reads one stream. place: start, configuration, group, between, index, end, or lost where damage hides it."""
 
-    def __init__(self, data, live):
-        self.data, self.live = data, live
+    def __init__(self, data, blocks):
+        self.data = data
         self.issues, self.refused = [], False
-        self.place, self.counter, self.suppressed, self.damaged = "start", None, False, False
-        self.block, self.blocks, self.first_scene, self.last_good = None, {}, None, None
+        self.place, self.counter, self.suppressed, self.damaged, self.loss = (
+            "start",
+            None,
+            False,
+            False,
+            False,
+        )
+        self.block, self.blocks, self.first_scene = None, dict(blocks), None
         self.group, self.groups, self.sequence, self.last_end = None, [], None, None
         self.entries, self.listed, self.index, self.ended, self.indexed = [], [], None, False, False
         self.environments, self.run = {}, (0, None)
@@ -52,7 +58,7 @@ class Reader:
 
     def order_broken(self, offset, issue, text):
         """A rule of clauses 3 to 6: one is reported up to the next GRUP or SCEN."""
-        self.damaged = True
+        self.damaged = self.loss = True
         if not self.suppressed:
             self.note(offset, issue, text)
         self.suppressed = True
@@ -98,18 +104,17 @@ class Reader:
 
     def lose(self, found):
         self.note(found.offset, found.issue, found.text)
-        self.damaged = self.suppressed = True
+        self.damaged = self.suppressed = self.loss = True
         self.counter = None
         if self.group:
             self.group.damage()
         if found.fatal:
             raise Refused
         if self.place == "configuration":
-            self.block.valid_bytes = False
-            if found.kind == b"GRUP":
-                self.place = "lost"
-        elif self.place == "between" or found.kind in (b"GRUP", b"SCEN"):
+            self.block.complete = False
+        if self.place in ("start", "between") or found.kind in (b"GRUP", b"SCEN", b"GEND"):
             self.close_group()
+            self.close_block()
             self.place = "lost"
 
     def take(self, chunk):
@@ -118,23 +123,28 @@ class Reader:
             self.note(chunk.offset, 1106, f"unknown critical chunk {chunk.kind!r}")
             raise Refused
         if chunk.kind in (b"SCEN", b"GRUP"):
-            unfinished = self.place == "group" and not self.suppressed
+            self.leave(chunk)
             self.suppressed = False
-            if unfinished:
-                self.group.damage()
-                self.note(chunk.offset, 1203, "the group before has no GEND")
-                self.damaged = True
+        broken = 0
         try:
             self.check_header(chunk, known)
             self.check_place(chunk, known)
             self.check_counter(chunk)
-        except Broken as broken:
-            self.order_broken(chunk.offset, broken.issue, str(broken))
-            broken_order = True
-        else:
-            broken_order = False
+        except Broken as failure:
+            self.order_broken(chunk.offset, failure.issue, str(failure))
+            broken = failure.issue
         self.counter = chunk.counter
-        self.enter(chunk, known, broken_order)
+        self.enter(chunk, known, broken)
+
+    def leave(self, chunk):
+        """A block or a group begins: the group before it must have ended."""
+        if self.place != "group":
+            return
+        group = self.group
+        self.close_group()
+        self.place = "lost"
+        group.damage()
+        self.order_broken(chunk.offset, 1203, "the group before has no GEND")
 
     def check_header(self, chunk, known):
         demand(not chunk.flags & ~(CRITICAL | KEY | LAST), 1102, f"flags {chunk.flags}")
@@ -190,26 +200,23 @@ class Reader:
             if kind == b"SCEN":
                 self.close_group()
                 self.block, self.place = Block(chunk.offset), "configuration"
-                self.block.valid_bytes = not broken
-                self.configure(chunk)
+                self.configure(chunk, broken)
             elif kind == b"GRUP":
                 self.close_group()
                 self.begin(chunk, broken)
             elif self.place == "group":
                 self.in_group(chunk, broken)
             elif kind == b"INDX":
-                self.close_block(chunk.offset)
+                self.close_block()
                 self.place, self.index = "index", None if broken else chunk
                 self.check_index(chunk)
             elif kind == b"FOOT":
                 self.place = "end"
                 self.check_footer(chunk)
             elif self.place == "configuration" and (known is None or kind in CONFIGURATION):
-                if broken:
-                    self.block.valid_bytes = False
-                else:
-                    self.configure(chunk)
+                self.configure(chunk, broken)
             elif self.place == "configuration":
+                self.close_block()
                 self.place = "lost"
         except Broken as failure:
             self.payload_broken(chunk, failure)
@@ -221,13 +228,17 @@ class Reader:
         self.damaged = True
         if not self.issues or self.issues[-1].offset != chunk.offset:
             self.note(chunk.offset, failure.issue, str(failure))
-        if failure.issue == 7001:
-            raise Refused
 
-    def configure(self, chunk):
+    def configure(self, chunk, broken):
+        """broken: the issue of its header, place or counter. After 1105 the digest shows whether all chunks are there."""
+        self.block.complete &= not broken
+        self.block.valid &= broken in (0, 1105)
         self.block.names |= chunk.kind not in (b"SCEN", b"TRAK") and chunk.kind in KNOWN
         try:
             self.block.add(chunk, self.first_scene)
+        except TooMany as failure:
+            self.note(chunk.offset, failure.issue, str(failure))
+            raise Refused from failure
         except Broken as failure:
             if failure.issue not in (4002, 4302):
                 self.block.valid = False
@@ -235,7 +246,7 @@ class Reader:
         if chunk.kind == b"SCEN":
             self.first_scene = self.first_scene or self.block.scene
 
-    def close_block(self, offset):
+    def close_block(self):
         """The end of a configuration block; its whole is checked once."""
         block, was = self.block, self.place
         if was != "configuration" or block is None:
@@ -246,17 +257,17 @@ class Reader:
                 block.finish()
             except Broken as failure:
                 block.valid = False
-                if block.valid_bytes:
+                if block.complete:
                     self.damaged = True
-                    self.note(offset, failure.issue, str(failure))
+                    self.note(block.at, failure.issue, str(failure))
         if block.valid:
             self.blocks[digest] = block
         if self.run[1] != digest:
             self.run = self.run[0] + 1, digest
 
     def begin(self, chunk, broken):
-        self.close_block(chunk.offset)
-        was, self.place = self.place, "lost"
+        self.close_block()
+        self.place = "lost"
         demand(len(chunk.payload) == 24, 1204, "size of GRUP")
         sequence, digest, start, end = struct.unpack("<IIqq", chunk.payload)
         known = self.blocks.get(digest)
@@ -265,35 +276,22 @@ class Reader:
         group.at_block = self.block
         if broken:
             group.damage()
-        lossless, expected = not self.lost_since(), 0 if self.sequence is None else self.sequence + 1
-        late = self.live and self.sequence is None
+        loss, self.loss = self.loss, False
+        expected = 0 if self.sequence is None else self.sequence + 1
+        last_end, self.sequence, self.last_end = self.last_end, sequence, end
         try:
             demand(start < end and start == chunk.time, 1206, f"from {start} to {end}")
-            demand(
-                self.last_end is None or start >= self.last_end,
-                1206,
-                "start before the end of the group before",
-            )
+            demand(last_end is None or start >= last_end, 1206, "start before the end of the group before")
         except Broken:
             group.damage()
             raise
-        finally:
-            self.sequence, self.last_end = sequence, end
-            self.loss_seen = False
-        if sequence != expected and not late:
+        if sequence != expected and not (loss and sequence > expected):
             if sequence < expected:
                 group.damage()
-            demand(
-                sequence > expected and not lossless, 1205, f"sequence number {sequence}, expected {expected}"
-            )
-        demand(self.block is not None, 1202, "a group without a configuration")
-        if was != "lost" or lossless:
+            raise Broken(1205, f"sequence number {sequence}, expected {expected}")
+        if not loss:
+            demand(self.block is not None, 1202, "a group without a configuration")
             demand(self.block.digest() == digest, 1207, "digest of the configuration")
-
-    def lost_since(self):
-        return self.loss_seen
-
-    loss_seen = False
 
     def in_group(self, chunk, broken):
         group = self.group
@@ -341,9 +339,9 @@ class Reader:
             self.order_broken(chunk.offset, failure.issue, str(failure))
         if group.ended and not any(chunk.padding):
             block = group.at_block
-            if not self.listed or self.listed[-1][0] != block.offset:
+            if block and (not self.listed or self.listed[-1][0] != block.offset):
                 self.listed.append((block.offset, group.offset - block.offset, group.digest))
-            frames, chain = len(set(group.frame_times)), crc32c(b"".join(group.covered))
+            frames, chain = len(group.frame_times), crc32c(b"".join(group.covered))
             self.entries.append(
                 (
                     group.offset,
@@ -380,19 +378,18 @@ class Reader:
         demand(len(chunk.payload) == 24, 1302, "size of FOOT")
         offset, size, crc, reserved = struct.unpack("<QQII", chunk.payload)
         demand(reserved == 0, 1302, "reserved field of FOOT")
-        demand(size == chunk.end or self.damaged, 1302, f"size of the stream {size}")
+        demand(size == chunk.end, 1302, f"size of the stream {size}")
         if self.index:
-            demand((offset, crc) == (self.index.offset, self.index.crc) or self.damaged, 1302, "INDX in FOOT")
+            demand((offset, crc) == (self.index.offset, self.index.crc), 1302, "INDX in FOOT")
             self.indexed = True
 
     def finish(self):
         if self.place == "group" and not self.suppressed:
             self.note(len(self.data), 1203, "the stream ends inside a group")
             self.damaged = True
-        self.close_block(len(self.data))
+        self.close_block()
 
     def results(self):
-        self.close_group()
         frames, sounds, backgrounds = [], {}, {}
         for group in self.groups:
             if group.block is None:
@@ -418,33 +415,42 @@ class Reader:
                 for track, parts in sorted(sounds.items())
             },
             "background": backgrounds,
-            "summary": self.summary(len(frames)),
+            "summary": self.summary(),
         }
 
-    def summary(self, frames):
+    def summary(self):
         block = self.block
         tracks = []
-        for identifier, track in sorted(block.tracks.items()) if block else ():
-            entry = {"id": identifier, "kind": KIND_NAMES.get(track.kind, track.kind)}
+        for identifier, track in block.tracks.items() if block else ():
+            entry = {"id": identifier, "kind": KIND_NAMES.get(track.kind, "unknown")}
             coded = block.videos.get(identifier) or block.audios.get(identifier)
             if coded:
                 entry["codec"] = coded.codec.decode("latin-1")
             tracks.append(entry)
         return {
             "groups": len(self.groups),
-            "frames": frames,
+            "frames": sum(len(group.frame_times) for group in self.groups),
             "tracks": tracks,
-            "cameras": sorted(block.cameras) if block else [],
+            "cameras": list(block.cameras) if block else [],
             "ended": self.ended,
             "indexed": self.indexed,
         }
 
 
 def report(data, live=False):
-    """The decode report of a stream. live: as a reader that joined late, and does not expect an end."""
-    reader = Reader(bytes(data), live)
+    """The decode report of a stream. live: nothing that comes later serves what came before."""
+    reader = read(bytes(data), {})
+    if not live and any(group.block is None and group.digest in reader.blocks for group in reader.groups):
+        reader = read(bytes(data), reader.blocks)  # a repetition after the group serves it
+    return reader.results()
+
+
+def read(data, blocks):
+    """A Reader that has read a stream. blocks: configuration blocks by digest that are known before."""
+    reader = Reader(data, blocks)
     try:
         reader.run_through()
     except Refused:
         reader.refused = True
-    return reader.results()
+    reader.close_group()
+    return reader
