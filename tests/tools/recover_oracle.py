@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from reference.container import CHUNKS, chunks, crc32c
+from reference.container import CHUNKS, chunks
 
 # Chunks without the key flag that continue the one before of their track.
 CHAINED = {b"MESH", b"CALB", b"VISI", b"VPKT", b"AUDI"}
@@ -34,16 +34,14 @@ class Group(NamedTuple):
 
 def groups_of(stream):
     """The groups of an intact stream."""
-    found, at, inside, digest, begin, head = [], 24, None, 0, 0, None
+    found, at, inside, begin, head = [], 24, None, 0, None
     for chunk in chunks(stream):
         size = 32 + (len(chunk.payload) + 7) // 8 * 8
         place = CHUNKS.get(chunk.kind.decode("ascii"), {}).get("place")
-        if chunk.kind == b"SCEN":
-            digest = 0
         if chunk.kind == b"GRUP":
             inside, begin = [], at
-            _, digest_of_group, start, end = struct.unpack_from("<IIqq", chunk.payload)
-            head = (digest_of_group, start, end)
+            _, digest, start, end = struct.unpack_from("<IIqq", chunk.payload)
+            head = (digest, start, end)
         elif chunk.kind == b"GEND":
             found.append(Group(*head, inside, stream[begin : at + size]))
             inside = None
@@ -103,7 +101,3 @@ def offsets(stream):
         size = 32 + (len(chunk.payload) + 7) // 8 * 8
         yield at, chunk.kind, size
         at += size
-
-
-def with_header_crc(header):
-    return header[:28] + struct.pack("<I", crc32c(header[:28]))

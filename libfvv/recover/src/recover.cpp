@@ -149,6 +149,7 @@ private:
       return;
     case Place::end:
       close(std::nullopt);
+      has_footer = event.chunk.type == FVV_CHUNK_FOOTER;
     }
   }
 
@@ -388,7 +389,7 @@ private:
     if (found.frames && *found.frames >= out.frames_kept + out.frames_lost) {
       out.frames_lost = *found.frames - out.frames_kept;
       out.frames_lost_is_exact = true;
-    } else if (!found.frames && out.state != State::whole) {
+    } else if (!found.frames && !has_footer) {
       out.frames_lost_is_exact = false; // nothing says what followed
     }
     const uint64_t groups = out.groups_copied + out.groups_renumbered + out.groups_reduced;
@@ -407,7 +408,7 @@ private:
   std::vector<Chunk> strays;        // of a group whose GRUP is lost
   std::optional<uint64_t> headless; // where such a group begins that was left out, after the last other one
   fvv_diagnostic between = {};      // the first damage between two groups
-  bool in_block = false, block_passed = false, has_any = false, kept = false;
+  bool in_block = false, block_passed = false, has_footer = false, has_any = false, kept = false;
   uint32_t next = 0, numbered = 0, new_number = 0;
   size_t last_parts = 0;
   int64_t last_end = INT64_MIN;
