@@ -19,7 +19,7 @@ from reference.tiny import TETRAHEDRON
 FILES = sorted(CONFORMANCE.glob("*/*.fvv"))
 # Damaged versions of each file; FVV_RECOVER_CASES multiplies them.
 MANY = float(os.environ.get("FVV_RECOVER_CASES", 1))
-CASES = {"cut": 5, "bit": 6, "burst": 2, "insert": 2, "delete": 3, "repeat": 2, "swap": 2}
+CASES = {"cut": 4, "bit": 4, "burst": 2, "insert": 1, "delete": 2, "repeat": 1, "swap": 1}
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def damages(content, shake):
             yield f"{kind}-{i}", made
     # Whole chunks that are missing, repeated or damaged in their header or payload.
     parts = list(offsets(content))
-    for i in sorted(shake.sample(range(len(parts)), min(int(4 * MANY), len(parts)))):
+    for i in sorted(shake.sample(range(len(parts)), min(int(2 * MANY), len(parts)))):
         at, _, length = parts[i]
         yield f"no-chunk-{i}", content[:at] + content[at + length :]
         yield f"twice-chunk-{i}", content[: at + length] + content[at:]
@@ -154,7 +154,7 @@ def sweep(fvvrecover, fvvinfo, folder, content, name):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_damage(fvvrecover, fvvinfo, tmp_path, path):
-    assert sweep(fvvrecover, fvvinfo, tmp_path, path.read_bytes(), path.stem) > 15 * MANY
+    assert sweep(fvvrecover, fvvinfo, tmp_path, path.read_bytes(), path.stem) > 10 * MANY
 
 
 @pytest.fixture(scope="module")
@@ -170,9 +170,11 @@ CODED = ["--group", 4, "--visibility", "weight", "--quality", "30dB", "--triangl
 
 @pytest.fixture(scope="module")
 def coded(capture, tmp_path_factory):
-    """H.264 with crops of its own in each group, delta meshes, visibility, colours, sound and an environment."""
+    """H.264 with crops of its own in each group, visibility, colours, sound and an environment; all meshes are keys."""
     path = tmp_path_factory.mktemp("coded") / "coded.fvv"
-    run("fvvmux", capture, "-o", path, "--repeat-configuration", *CODED, code=(0, 3), warns=True)
+    run(
+        "fvvmux", capture, "-o", path, "--repeat-configuration", "--no-delta", *CODED, code=(0, 3), warns=True
+    )
     content = path.read_bytes()
     assert {kind for _, kind, _ in offsets(content)} >= {b"VISI", b"COLR", b"TILE", b"AUDI", b"BACK"}
     return content
@@ -180,7 +182,7 @@ def coded(capture, tmp_path_factory):
 
 def test_damage_of_a_coded_clip(fvvrecover, fvvinfo, tmp_path, coded):
     """Frames that are predicted from a lost one are lost, too: no decoder would notice."""
-    assert sweep(fvvrecover, fvvinfo, tmp_path, coded, "coded") > 15 * MANY
+    assert sweep(fvvrecover, fvvinfo, tmp_path, coded, "coded") > 10 * MANY
 
 
 def places(stream, kind):
@@ -301,23 +303,24 @@ def wait_for(what, seconds=30):
 
 
 # Few threads and a slow quality search: there is time to kill it.
-SLOW = [*CODED[:-1], 4000, "--threads", 1]
+SLOW = [*CODED[:-1], 2000, "--threads", 1, "--repeat-configuration"]
 
 
-def test_a_killed_fvvmux_leaves_a_file_that_can_be_recovered(fvvrecover, fvvinfo, tmp_path, capture, coded):
-    whole = tmp_path / "whole.fvv"
-    run("fvvmux", capture, "-o", whole, *SLOW, code=(0, 3), warns=True)
+@pytest.fixture(scope="module")
+def slow(capture, tmp_path_factory):
+    path = tmp_path_factory.mktemp("slow") / "slow.fvv"
+    run("fvvmux", capture, "-o", path, *SLOW, code=(0, 3), warns=True)
+    return path.read_bytes()
+
+
+def test_a_killed_fvvmux_leaves_a_file_that_can_be_recovered(fvvrecover, fvvinfo, tmp_path, capture, slow):
     out = tmp_path / "killed.fvv"
-    process = subprocess.Popen(
-        [str(tool_path("fvvmux")), str(capture), "-o", str(out), *map(str, SLOW)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+    command = [str(tool_path("fvvmux")), str(capture), "-o", str(out), *map(str, SLOW)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         # The first group is on disk, the others are not.
-        wait_for(
-            lambda: sum(p.stat().st_size for p in tmp_path.glob(".killed.fvv.*")) > whole.stat().st_size / 4
-        )
+        written = len(slow) / 4
+        wait_for(lambda: sum(p.stat().st_size for p in tmp_path.glob(".killed.fvv.*")) > written)
     finally:
         process.send_signal(signal.SIGKILL)
         process.wait()
@@ -328,31 +331,25 @@ def test_a_killed_fvvmux_leaves_a_file_that_can_be_recovered(fvvrecover, fvvinfo
     report = read_json(done, "fvvrecover")
     assert report["state"] == "unfinished"
     assert fvvinfo("--check", out).returncode == 0
-    times = judge(whole.read_bytes(), out.read_bytes())
+    times = judge(slow, out.read_bytes())
     assert 4 <= len(times) == report["frames"]["kept"] < 16
 
 
-def test_a_live_stream_that_breaks_off_can_be_recovered(fvvrecover, fvvinfo, tmp_path, capture):
+def test_a_live_stream_that_breaks_off_can_be_recovered(fvvrecover, fvvinfo, tmp_path, capture, slow):
     """fvvmux to a pipe, killed; what came through it is the file."""
-    whole = tmp_path / "whole.fvv"
-    run("fvvmux", capture, "-o", whole, *SLOW, "--repeat-configuration", code=(0, 3), warns=True)
-    command = [str(tool_path("fvvmux")), str(capture), "-o", "-", "--live", "--repeat-configuration"]
-    process = subprocess.Popen([*command, *map(str, SLOW)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    command = [str(tool_path("fvvmux")), str(capture), "-o", "-", "--live", *map(str, SLOW)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     received = b""
-    while len(received) < whole.stat().st_size * 0.4:
+    while len(received) < len(slow) * 0.4:
         received += process.stdout.read(1000)
     process.send_signal(signal.SIGKILL)
     received += process.stdout.read(10)
+    process.stdout.close()
     process.wait()
-    report, written = recovered(fvvrecover, tmp_path_of(tmp_path), received)
+    report, written = recovered(fvvrecover, tmp_path, received)
     assert report["state"] == "unfinished"
-    assert fvvinfo("--check", tmp_path / "work/out.fvv").returncode == 0
-    assert 4 <= len(judge(whole.read_bytes(), written)) < 16
-
-
-def tmp_path_of(folder):
-    (folder / "work").mkdir()
-    return folder / "work"
+    assert fvvinfo("--check", tmp_path / "out.fvv").returncode == 0
+    assert 4 <= len(judge(slow, written)) < 16
 
 
 def test_a_live_stream_that_is_whole_gets_an_index(fvvrecover, tmp_path):
