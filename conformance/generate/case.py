@@ -11,7 +11,7 @@ CASES = pathlib.Path(__file__).resolve().parent.parent / "cases"
 FORMAT = f"{DATA['format']['major']}.{DATA['format']['minor']}"
 MOST_BYTES = 65535  # of one input
 # Rules that make a reader stop: what was found before is all that there is. Others leave the rest usable.
-REFUSED = {1001, 1004, 1005, 1106}
+REFUSED = {1001, 1004, 1005, 1106, 1108}
 
 
 class Case(NamedTuple):

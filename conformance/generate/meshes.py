@@ -1,5 +1,6 @@
 """Shapes, and MESH payloads in the raw and fast profiles: clauses 8.3 and 8.11 of spec/fvv.md."""
 
+import math
 import struct
 from typing import NamedTuple
 
@@ -40,6 +41,39 @@ OCTAHEDRON = Shape(
     [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)],
 )
 TRIANGLE = Shape([(0, 0, 0), (50, 0, 0), (0, 50, 0)], [(0, 1, 2)])
+
+
+MOST = 1 << 28  # of a lattice index
+FAR = Shape(
+    [(MOST, MOST, MOST), (-MOST, -MOST, MOST), (MOST, -MOST, -MOST), (-MOST, MOST, -MOST)], TETRAHEDRON.faces
+)
+BEYOND = FAR._replace(positions=[(MOST + 1, 0, 0), *FAR.positions[1:]])
+CORNER = TETRAHEDRON._replace(
+    positions=[(x + MOST - 100, y + MOST - 100, z + MOST - 100) for x, y, z in TETRAHEDRON.positions]
+)
+BEYOND_CORNER = CORNER._replace(positions=[(x + 1, y, z) for x, y, z in CORNER.positions])
+
+
+def ball(rings, sectors, radius=500):
+    """A sphere: two poles and rings of vertices between them."""
+    positions = [(0, 0, radius)]
+    for ring in range(1, rings):
+        polar = math.pi * ring / rings
+        for sector in range(sectors):
+            angle = 2 * math.pi * sector / sectors
+            x, y = (radius * math.sin(polar) * f(angle) for f in (math.cos, math.sin))
+            positions.append((round(x), round(y), round(radius * math.cos(polar))))
+    positions.append((0, 0, -radius))
+    last, faces = len(positions) - 1, []
+    for sector in range(sectors):
+        after = (sector + 1) % sectors
+        faces.append((0, 1 + sector, 1 + after))
+        for ring in range(rings - 2):
+            a, b = 1 + sectors * ring + sector, 1 + sectors * ring + after
+            faces += [(a, a + sectors, b), (b, a + sectors, b + sectors)]
+        below = last - sectors
+        faces.append((last, below + after, below + sector))
+    return Shape(positions, faces)
 
 
 def grid(columns, rows, size=10):

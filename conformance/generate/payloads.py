@@ -43,7 +43,13 @@ def camera(identifier=0, name="", centre=(0.0, 0.0, 1.0), **fields):
 
 def video(codec="jpeg", record=b"", string="", **fields):
     text = string if isinstance(string, bytes) else string.encode()
-    values = {"codec": codec.encode(), "width": 32, "height": 16, "bit_depth": 8, "full_range": 1}
+    values = {
+        "codec": codec if isinstance(codec, bytes) else codec.encode(),
+        "width": 32,
+        "height": 16,
+        "bit_depth": 8,
+        "full_range": 1,
+    }
     values |= {"colour_primaries": 1, "transfer_characteristics": 1, "matrix_coefficients": 6}
     values |= {"codec_string_size": len(text), "record_size": len(record)}
     return pack("VCFG payload", **values | fields) + record + text

@@ -43,7 +43,7 @@ def file_header():
             f"file_header_of_{size}_bytes",
             f"The stream ends after {size} bytes.",
             "3.1",
-            lambda size=size: bytes_of(good[:size], 1005),
+            lambda size=size: bytes_of(good[:size], 1005, size),
         )
     faulty(
         "file_header_crc",
@@ -281,9 +281,16 @@ def chunk_bytes():
         lambda: in_group(lambda s: s.chunk("mesh", TETRAHEDRON, 1, 3, flags=3, fault=1106)),
     )
 
-    faulty("size_of_2_63", "The payload size of a chunk is 2^63.", "4.1", mesh(size=2**63, fault=7001))
+    faulty("size_of_2_63", "The payload size of a chunk is 2^63.", "4.1", mesh(size=2**63, fault=1108))
     faulty(
-        "size_of_2_64", "The payload size of a chunk is 2^64 - 1.", "4.1", mesh(size=2**64 - 1, fault=7001)
+        "size_of_2_62",
+        "The payload size of a chunk is 2^62: beyond every limit.",
+        "13",
+        mesh(size=2**62, fault=7001),
+        refused=True,
+    )
+    faulty(
+        "size_of_2_64", "The payload size of a chunk is 2^64 - 1.", "4.1", mesh(size=2**64 - 1, fault=1108)
     )
 
     faulty("fields_scene_time", "SCEN has a time.", "4.6", lambda: scene(time=1, fault=1109))
