@@ -36,11 +36,17 @@ class Refused(Exception):
 class Reader:
     """Reads one stream. place: start, configuration, group, between, index, end, or lost where damage hides it."""
 
-    def __init__(self, data, live):
+    def __init__(self, data, live, blocks):
         self.data, self.live = data, live
         self.issues, self.refused = [], False
-        self.place, self.counter, self.suppressed, self.damaged = "start", None, False, False
-        self.block, self.blocks, self.first_scene, self.last_good = None, {}, None, None
+        self.place, self.counter, self.suppressed, self.damaged, self.loss = (
+            "start",
+            None,
+            False,
+            False,
+            False,
+        )
+        self.block, self.blocks, self.first_scene = None, dict(blocks), None
         self.group, self.groups, self.sequence, self.last_end = None, [], None, None
         self.entries, self.listed, self.index, self.ended, self.indexed = [], [], None, False, False
         self.environments, self.run = {}, (0, None)
@@ -52,7 +58,7 @@ class Reader:
 
     def order_broken(self, offset, issue, text):
         """A rule of clauses 3 to 6: one is reported up to the next GRUP or SCEN."""
-        self.damaged = True
+        self.damaged = self.loss = True
         if not self.suppressed:
             self.note(offset, issue, text)
         self.suppressed = True
@@ -64,7 +70,7 @@ class Reader:
     def file_header(self):
         data = self.data
         if len(data) < FILE_HEADER:
-            self.note(len(data), 1005, "the stream ends inside its file header")
+            self.note(0, 1005, "the stream ends inside its file header")
             raise Refused
         if data[:8] != SIGNATURE:
             self.note(0, 1001, "no signature")
@@ -98,17 +104,15 @@ class Reader:
 
     def lose(self, found):
         self.note(found.offset, found.issue, found.text)
-        self.damaged = self.suppressed = True
+        self.damaged = self.suppressed = self.loss = True
         self.counter = None
         if self.group:
             self.group.damage()
         if found.fatal:
             raise Refused
         if self.place == "configuration":
-            self.block.valid_bytes = False
-            if found.kind == b"GRUP":
-                self.place = "lost"
-        elif self.place == "between" or found.kind in (b"GRUP", b"SCEN"):
+            self.block.complete = False
+        if self.place in ("start", "between") or found.kind in (b"GRUP", b"SCEN", b"GEND"):
             self.close_group()
             self.place = "lost"
 
@@ -118,23 +122,28 @@ class Reader:
             self.note(chunk.offset, 1106, f"unknown critical chunk {chunk.kind!r}")
             raise Refused
         if chunk.kind in (b"SCEN", b"GRUP"):
-            unfinished = self.place == "group" and not self.suppressed
+            self.leave(chunk)
             self.suppressed = False
-            if unfinished:
-                self.group.damage()
-                self.note(chunk.offset, 1203, "the group before has no GEND")
-                self.damaged = True
+        broken = 0
         try:
             self.check_header(chunk, known)
             self.check_place(chunk, known)
             self.check_counter(chunk)
-        except Broken as broken:
-            self.order_broken(chunk.offset, broken.issue, str(broken))
-            broken_order = True
-        else:
-            broken_order = False
+        except Broken as failure:
+            self.order_broken(chunk.offset, failure.issue, str(failure))
+            broken = failure.issue
         self.counter = chunk.counter
-        self.enter(chunk, known, broken_order)
+        self.enter(chunk, known, broken)
+
+    def leave(self, chunk):
+        """A block or a group begins: the group before it must have ended."""
+        if self.place != "group":
+            return
+        group = self.group
+        self.close_group()
+        self.place = "lost"
+        group.damage()
+        self.order_broken(chunk.offset, 1203, "the group before has no GEND")
 
     def check_header(self, chunk, known):
         demand(not chunk.flags & ~(CRITICAL | KEY | LAST), 1102, f"flags {chunk.flags}")
@@ -190,8 +199,7 @@ class Reader:
             if kind == b"SCEN":
                 self.close_group()
                 self.block, self.place = Block(chunk.offset), "configuration"
-                self.block.valid_bytes = not broken
-                self.configure(chunk)
+                self.configure(chunk, broken)
             elif kind == b"GRUP":
                 self.close_group()
                 self.begin(chunk, broken)
@@ -205,10 +213,7 @@ class Reader:
                 self.place = "end"
                 self.check_footer(chunk)
             elif self.place == "configuration" and (known is None or kind in CONFIGURATION):
-                if broken:
-                    self.block.valid_bytes = False
-                else:
-                    self.configure(chunk)
+                self.configure(chunk, broken)
             elif self.place == "configuration":
                 self.place = "lost"
         except Broken as failure:
@@ -224,7 +229,10 @@ class Reader:
         if failure.issue == 7001:
             raise Refused
 
-    def configure(self, chunk):
+    def configure(self, chunk, broken):
+        """broken: the issue of its header, place or counter. After 1105 the digest shows whether all chunks are there."""
+        self.block.complete &= not broken
+        self.block.valid &= broken in (0, 1105)
         self.block.names |= chunk.kind not in (b"SCEN", b"TRAK") and chunk.kind in KNOWN
         try:
             self.block.add(chunk, self.first_scene)
@@ -246,7 +254,7 @@ class Reader:
                 block.finish()
             except Broken as failure:
                 block.valid = False
-                if block.valid_bytes:
+                if block.complete:
                     self.damaged = True
                     self.note(offset, failure.issue, str(failure))
         if block.valid:
@@ -256,7 +264,7 @@ class Reader:
 
     def begin(self, chunk, broken):
         self.close_block(chunk.offset)
-        was, self.place = self.place, "lost"
+        self.place = "lost"
         demand(len(chunk.payload) == 24, 1204, "size of GRUP")
         sequence, digest, start, end = struct.unpack("<IIqq", chunk.payload)
         known = self.blocks.get(digest)
@@ -265,35 +273,25 @@ class Reader:
         group.at_block = self.block
         if broken:
             group.damage()
-        lossless, expected = not self.lost_since(), 0 if self.sequence is None else self.sequence + 1
-        late = self.live and self.sequence is None
+        loss, self.loss = self.loss, False
+        expected, late = (
+            0 if self.sequence is None else self.sequence + 1,
+            self.live and self.sequence is None,
+        )
+        last_end, self.sequence, self.last_end = self.last_end, sequence, end
         try:
             demand(start < end and start == chunk.time, 1206, f"from {start} to {end}")
-            demand(
-                self.last_end is None or start >= self.last_end,
-                1206,
-                "start before the end of the group before",
-            )
+            demand(last_end is None or start >= last_end, 1206, "start before the end of the group before")
         except Broken:
             group.damage()
             raise
-        finally:
-            self.sequence, self.last_end = sequence, end
-            self.loss_seen = False
-        if sequence != expected and not late:
+        if sequence != expected and not late and not (loss and sequence > expected):
             if sequence < expected:
                 group.damage()
-            demand(
-                sequence > expected and not lossless, 1205, f"sequence number {sequence}, expected {expected}"
-            )
-        demand(self.block is not None, 1202, "a group without a configuration")
-        if was != "lost" or lossless:
+            raise Broken(1205, f"sequence number {sequence}, expected {expected}")
+        if not loss:
+            demand(self.block is not None, 1202, "a group without a configuration")
             demand(self.block.digest() == digest, 1207, "digest of the configuration")
-
-    def lost_since(self):
-        return self.loss_seen
-
-    loss_seen = False
 
     def in_group(self, chunk, broken):
         group = self.group
@@ -341,9 +339,9 @@ class Reader:
             self.order_broken(chunk.offset, failure.issue, str(failure))
         if group.ended and not any(chunk.padding):
             block = group.at_block
-            if not self.listed or self.listed[-1][0] != block.offset:
+            if block and (not self.listed or self.listed[-1][0] != block.offset):
                 self.listed.append((block.offset, group.offset - block.offset, group.digest))
-            frames, chain = len(set(group.frame_times)), crc32c(b"".join(group.covered))
+            frames, chain = len(group.frame_times), crc32c(b"".join(group.covered))
             self.entries.append(
                 (
                     group.offset,
@@ -392,7 +390,6 @@ class Reader:
         self.close_block(len(self.data))
 
     def results(self):
-        self.close_group()
         frames, sounds, backgrounds = [], {}, {}
         for group in self.groups:
             if group.block is None:
@@ -418,23 +415,23 @@ class Reader:
                 for track, parts in sorted(sounds.items())
             },
             "background": backgrounds,
-            "summary": self.summary(len(frames)),
+            "summary": self.summary(),
         }
 
-    def summary(self, frames):
+    def summary(self):
         block = self.block
         tracks = []
-        for identifier, track in sorted(block.tracks.items()) if block else ():
-            entry = {"id": identifier, "kind": KIND_NAMES.get(track.kind, track.kind)}
+        for identifier, track in block.tracks.items() if block else ():
+            entry = {"id": identifier, "kind": KIND_NAMES.get(track.kind, "unknown")}
             coded = block.videos.get(identifier) or block.audios.get(identifier)
             if coded:
                 entry["codec"] = coded.codec.decode("latin-1")
             tracks.append(entry)
         return {
             "groups": len(self.groups),
-            "frames": frames,
+            "frames": sum(len(group.frame_times) for group in self.groups),
             "tracks": tracks,
-            "cameras": sorted(block.cameras) if block else [],
+            "cameras": list(block.cameras) if block else [],
             "ended": self.ended,
             "indexed": self.indexed,
         }
@@ -442,9 +439,18 @@ class Reader:
 
 def report(data, live=False):
     """The decode report of a stream. live: as a reader that joined late, and does not expect an end."""
-    reader = Reader(bytes(data), live)
+    reader = read(bytes(data), live, {})
+    if not live and any(group.block is None and group.digest in reader.blocks for group in reader.groups):
+        reader = read(bytes(data), live, reader.blocks)  # a repetition after the group serves it
+    return reader.results()
+
+
+def read(data, live, blocks):
+    """A Reader that has read a stream. blocks: configuration blocks by digest that are known before."""
+    reader = Reader(data, live, blocks)
     try:
         reader.run_through()
     except Refused:
         reader.refused = True
-    return reader.results()
+    reader.close_group()
+    return reader

@@ -78,25 +78,19 @@ function joined(parts) {
   return out;
 }
 
-/** Collects the packets of a track; those that repeat the end of the group before are left out. */
+/** Collects the packets of a track. */
 class Sound {
   #parts = [];
   #chunks = [];
   #packets = 0;
 
-  add({ start, packetCount, prerollCount, sizes, data }, packetDuration) {
-    const packets = packetCount - prerollCount;
-    if (!packets) return;
-    const skipped = sizes.subarray(0, prerollCount).reduce((sum, size) => sum + size, 0);
-    const begin = start + BigInt(prerollCount) * BigInt(packetDuration);
-    const part = data.slice(skipped);
-    this.#chunks.push({ start: begin, packets, part });
-    this.#parts.push(part);
-    this.#packets += packets;
+  add({ start, packetCount, data }) {
+    this.#chunks.push({ start, packets: packetCount, part: data });
+    this.#parts.push(data);
+    this.#packets += packetCount;
   }
 
   async report(sha256) {
-    if (!this.#packets) return null;
     const chunks = [];
     for (const { start, packets, part } of this.#chunks)
       chunks.push({ start: integer(start), packets, sha256: await sha256(part) });
@@ -139,9 +133,8 @@ export async function report(createDecoder, sha256, bytes, live, options = {}) {
     for (const type of ["corrupt", "warning"]) decoder.addEventListener(type, ({ detail }) => problems.take(detail));
     decoder.addEventListener("gap", ({ detail }) => problems.take(detail.error));
     decoder.addEventListener("sound", ({ detail }) => {
-      const about = decoder.configuration.sounds.find(({ track }) => track === detail.track);
       if (!sounds.has(detail.track)) sounds.set(detail.track, new Sound());
-      sounds.get(detail.track).add(detail, about.packetDuration);
+      sounds.get(detail.track).add(detail);
     });
     for await (const frame of decoder) {
       frames.push({ time: integer(frame.time), arrays: await hashesOf(arraysOf(frame), sha256) });
@@ -161,10 +154,7 @@ export async function report(createDecoder, sha256, bytes, live, options = {}) {
   const out = { issues: problems.issues(), frames, sounds: {}, background: {} };
   out.status = problems.refused ? "refused" : problems.list.length ? "damaged" : "whole";
   if (!live) out.summary = { ended: problems.ended && out.status === "whole" };
-  for (const [track, sound] of sounds) {
-    const found = await sound.report(sha256);
-    if (found) out.sounds[track] = found;
-  }
+  for (const [track, sound] of sounds) out.sounds[track] = await sound.report(sha256);
   for (const background of backgrounds)
     out.background[background.track] = await hashesOf(backgroundArrays(background), sha256);
   return out;

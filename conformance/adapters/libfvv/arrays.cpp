@@ -182,18 +182,14 @@ struct Sound {
   json chunks = json::array();
 };
 
-// Packets that repeat the end of the group before are left out.
-void take_packets(Sound &sound, const fvv_audio_config &config, const fvv_audio_chunk &chunk,
-                  const std::vector<fvv_audio_packet> &packets) {
+void take_packets(Sound &sound, const fvv_audio_chunk &chunk, const std::vector<fvv_audio_packet> &packets) {
   const size_t before = sound.bytes.size();
-  const int64_t start = chunk.start + int64_t(chunk.preroll_count) * config.packet_duration;
-  if (chunk.preroll_count == chunk.packet_count) return;
-  if (!sound.packets) sound.start = start;
-  for (size_t i = chunk.preroll_count; i < chunk.packet_count; i++)
+  if (!sound.packets) sound.start = chunk.start;
+  for (size_t i = 0; i < chunk.packet_count; i++)
     sound.bytes.insert(sound.bytes.end(), packets[i].data, packets[i].data + packets[i].size);
-  sound.packets += chunk.packet_count - chunk.preroll_count;
-  sound.chunks.push_back({{"start", start},
-                          {"packets", chunk.packet_count - chunk.preroll_count},
+  sound.packets += chunk.packet_count;
+  sound.chunks.push_back({{"start", chunk.start},
+                          {"packets", chunk.packet_count},
                           {"sha256", sha256(sound.bytes.data() + before, sound.bytes.size() - before)}});
 }
 
@@ -225,7 +221,7 @@ void take_sound_of_group(fvv_stream *stream, size_t group, std::set<uint64_t> &o
       status = fvv_audio_follow(&places[chunks[i].track], config, configuration->scene.time_base, &chunk,
                                 chunks[i].time, fvv_file_group(file, group)->end, nullptr);
     if (status == FVV_OK) {
-      take_packets(tracks[chunks[i].track], *config, chunk, packets);
+      take_packets(tracks[chunks[i].track], chunk, packets);
       offsets.erase(chunks[i].offset);
     } else {
       lost[chunks[i].track] = true;

@@ -160,10 +160,10 @@ class Audio:
 
 
 class Block:
-    """A configuration block, chunk by chunk. valid: no rule is broken so far."""
+    """A configuration block, chunk by chunk. valid: no rule is broken so far; complete: nothing was lost; names: TRAK is over."""
 
     def __init__(self, offset):
-        self.offset, self.covered, self.valid, self.names = offset, [], True, False
+        self.offset, self.covered, self.valid, self.complete, self.names = offset, [], True, True, False
         self.scene, self.texturing = None, None
         self.tracks, self.cameras, self.videos, self.layouts, self.audios = {}, {}, {}, {}, {}
         self.broken_tracks = set()  # of a codec that is not known

@@ -46,7 +46,7 @@ class Group:
         self.sequence, self.digest, self.start, self.end = struct.unpack("<IIqq", chunk.payload)
         self.offset, self.block, self.intact, self.ended = chunk.offset, block, True, False
         self.covered, self.rows, self.table, self.time = [chunk.covered], {}, bytearray(), self.start
-        self.times, self.frame_times, self.whole_before = set(), [], self.start
+        self.times, self.frame_times, self.whole_before = set(), set(), None
         self.keys, self.samples, self.own_tiles = set(), {}, {}
         self.frames, self.sounds, self.backgrounds = {}, [], {}
         self.tracks, self.mesh_times, self.key_times = {}, {}, {}
@@ -92,8 +92,8 @@ class Group:
         self.table += uleb128(row) + uleb128(chunk.size) + uleb128(zigzag(difference) % 2**64)
         self.time = chunk.time
         self.times.add((chunk.kind, chunk.track, chunk.time))
-        if chunk.kind in (b"MESH", b"VPKT") and chunk.time not in self.frame_times[-1:]:
-            self.frame_times.append(chunk.time)
+        if chunk.kind in (b"MESH", b"VPKT") and self.intact:
+            self.frame_times.add(chunk.time)
         if chunk.kind in KIND_OF and chunk.kind != b"TILE":
             self.keys.add(chunk.track)
         if chunk.kind == b"VPKT":
@@ -104,7 +104,7 @@ class Group:
     def end_payload(self):
         """The one correct payload of GEND."""
         rows = b"".join(struct.pack("<4sHBx", *row) for row in self.rows)
-        counts = len(self.covered), crc32c(b"".join(self.covered)), len(set(self.frame_times)), len(self.rows)
+        counts = len(self.covered), crc32c(b"".join(self.covered)), len(self.frame_times), len(self.rows)
         return struct.pack("<6I", self.sequence, *counts, len(self.table)) + rows + bytes(self.table)
 
     def finish(self, chunk):
@@ -272,7 +272,7 @@ class Group:
     def whole_times(self):
         """The times of the frames that are whole: all that a later intact chunk, or GEND, follows."""
         done = self.ended and self.intact
-        return [time for time in sorted(set(self.frame_times)) if done or time < self.whole_before]
+        return [time for time in sorted(self.frame_times) if done or time < self.whole_before]
 
     def whole(self):
         """Yields time and arrays of each intact frame."""

@@ -71,7 +71,8 @@ class Mesh:
 
     def metres(self, origin, step):
         """Clause 8.2: binary64, each operation rounded, then binary32."""
-        return (numpy.array(origin) + step * self.positions.astype(numpy.float64)).astype("<f4")
+        with numpy.errstate(over="ignore"):  # beyond binary32: infinite
+            return (numpy.array(origin) + step * self.positions.astype(numpy.float64)).astype("<f4")
 
     def coordinates(self):
         return (self.texture * 2.0**-self.texture_bits).astype("<f4")
