@@ -89,6 +89,7 @@ def test_all_schemas_are_there():
         "fvvimport.schema.json",
         "fvvinfo.schema.json",
         "fvvmux.schema.json",
+        "fvvrecover.schema.json",
         "fvvrender.schema.json",
         "segments.schema.json",
     ]

@@ -3,8 +3,10 @@
 #include <openssl/evp.h>
 
 #include <array>
+#include <cstring>
 #include <map>
 #include <stdexcept>
+#include <type_traits>
 #include <vector>
 
 namespace fvv::conformance {
@@ -26,8 +28,23 @@ std::string sha256(const void *bytes, size_t size) {
 
 namespace {
 
+// Of the numbers as little-endian bytes.
+template <class T> std::string hash(const T *values, size_t count) {
+  using Bits =
+      std::conditional_t<sizeof(T) == 8, uint64_t, std::conditional_t<sizeof(T) == 4, uint32_t, uint8_t>>;
+  static_assert(sizeof(T) == sizeof(Bits));
+  std::vector<uint8_t> bytes;
+  bytes.reserve(count * sizeof(T));
+  for (size_t i = 0; i < count; i++) {
+    Bits bits;
+    std::memcpy(&bits, values + i, sizeof bits);
+    for (size_t k = 0; k < sizeof bits; k++) bytes.push_back(uint8_t(bits >> 8 * k));
+  }
+  return sha256(bytes.data(), bytes.size());
+}
+
 template <class T> std::string hash(const std::vector<T> &values) {
-  return sha256(values.data(), values.size() * sizeof(T));
+  return hash(values.data(), values.size());
 }
 
 struct Mesh : fvv_mesh {
@@ -57,8 +74,8 @@ struct Frame {
     if (!found(fvv_stream_mesh(stream, frame, track, &mesh, nullptr))) return;
     const std::string name = "mesh/" + std::to_string(track) + "/";
     const size_t vertices = mesh.vertex_count;
-    arrays[name + "lattice"] = sha256(mesh.positions, 12 * vertices);
-    arrays[name + "faces"] = sha256(mesh.faces, 12 * size_t(mesh.face_count));
+    arrays[name + "lattice"] = hash(mesh.positions, 3 * vertices);
+    arrays[name + "faces"] = hash(mesh.faces, 3 * size_t(mesh.face_count));
     std::vector<float> floats(3 * vertices);
     const fvv_scene &scene = configuration->scene;
     fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, vertices, floats.data());
@@ -242,7 +259,7 @@ json background_arrays(const fvv_background &background) {
     fvv_lattice_to_floats(background.lattice_origin, background.lattice_step, mesh.positions, vertices,
                           floats.data());
     out[name + "positions"] = hash(floats);
-    out[name + "faces"] = sha256(mesh.faces, 12 * size_t(mesh.face_count));
+    out[name + "faces"] = hash(mesh.faces, 3 * size_t(mesh.face_count));
     if (!mesh.texture) continue;
     floats.resize(2 * vertices);
     fvv_texture_to_floats(mesh.texture_bits, mesh.texture, vertices, floats.data());

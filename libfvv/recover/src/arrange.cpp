@@ -1,0 +1,198 @@
+// The chunks of a group in their order: by the table in GEND, or by times and counters.
+#include "recover/src/group.h"
+
+#include "src/base/bytes.h"
+#include "src/base/layout.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace fvv::recover {
+
+std::optional<Head> parse_head(const fvv_event &event) {
+  if (event.chunk.size != FVV_GRUP_SIZE) return std::nullopt;
+  const uint8_t *p = event.payload;
+  const Head head = {fvv_get_u32(p + FVV_GRUP_SEQUENCE), fvv_get_u32(p + FVV_GRUP_CONFIGURATION_CRC),
+                     fvv_get_i64(p + FVV_GRUP_START), fvv_get_i64(p + FVV_GRUP_END)};
+  if (head.start >= head.end || head.start != event.chunk.time) return std::nullopt;
+  return head;
+}
+
+std::optional<End> parse_end(const fvv_event &event) {
+  const auto size = static_cast<size_t>(event.chunk.size);
+  if (size < FVV_GEND_SIZE) return std::nullopt;
+  const uint8_t *p = event.payload;
+  End end = {fvv_get_u32(p + FVV_GEND_SEQUENCE),
+             fvv_get_u32(p + FVV_GEND_CHUNK_COUNT),
+             fvv_get_u32(p + FVV_GEND_CHAIN_CRC),
+             event.chunk.time,
+             {}};
+  const uint64_t kinds = fvv_get_u32(p + FVV_GEND_KIND_COUNT);
+  const uint64_t table = fvv_get_u32(p + FVV_GEND_TABLE_SIZE);
+  if (!end.chunk_count || FVV_GEND_SIZE + kinds * FVV_GEND_KIND_SIZE + table != size) return std::nullopt;
+  const size_t at = FVV_GEND_SIZE + static_cast<size_t>(kinds) * FVV_GEND_KIND_SIZE;
+  fvv_cursor cursor = {p + at, size - at, 0, 0};
+  while (cursor.position < cursor.size && !cursor.failed) {
+    const uint64_t kind = fvv_cursor_uleb(&cursor), bytes = fvv_cursor_uleb(&cursor);
+    const int64_t difference = fvv_unzigzag(fvv_cursor_uleb(&cursor));
+    if (cursor.failed || kind >= kinds) return std::nullopt;
+    const uint8_t *k = p + FVV_GEND_SIZE + kind * FVV_GEND_KIND_SIZE;
+    end.table.push_back({fvv_get_u32(k + FVV_GEND_KIND_TYPE), fvv_get_u16(k + FVV_GEND_KIND_TRACK),
+                         k[FVV_GEND_KIND_FLAGS], bytes, difference});
+  }
+  if (cursor.failed || end.table.size() + 1 != end.chunk_count) return std::nullopt;
+  return end;
+}
+
+bool Slots::has_gaps() const {
+  return gap_after || std::any_of(slots.begin(), slots.end(), [](const Slot &s) { return s.gap_before; });
+}
+
+bool Slots::is_whole() const {
+  return !has_gaps() && std::all_of(slots.begin(), slots.end(), [](const Slot &s) { return s.usable; });
+}
+
+std::set<int64_t> Slots::frames() const {
+  std::set<int64_t> times;
+  for (const Slot &slot : slots)
+    if (makes_frame(slot.chunk.header)) times.insert(slot.chunk.header.time);
+  return times;
+}
+
+namespace {
+
+int64_t later(int64_t time, int64_t difference) { // modulo 2^64, as in the table
+  return static_cast<int64_t>(static_cast<uint64_t>(time) + static_cast<uint64_t>(difference));
+}
+
+using Key = std::tuple<int64_t, uint32_t, uint16_t, uint8_t, uint8_t, uint64_t>;
+
+Key key_of(const fvv_chunk_header &h) {
+  return {h.time, h.type, h.track, h.flags, h.counter, h.size};
+}
+
+// By the table, chunks are found wherever they are, and others are none of the group.
+Slots by_table(const std::vector<Chunk> &found, int64_t start, const End &end) {
+  std::map<Key, const Chunk *> chunks;
+  for (const Chunk &chunk : found) {
+    const Chunk *&place = chunks[key_of(chunk.header)];
+    if (!place || (chunk.intact && !place->intact)) place = &chunk;
+  }
+  Slots out;
+  int64_t time = start;
+  for (size_t i = 0; i < end.table.size(); i++) {
+    const End::Row &row = end.table[i];
+    time = later(time, row.difference);
+    fvv_chunk_header header = {};
+    header.type = row.type;
+    header.flags = row.flags;
+    header.counter = static_cast<uint8_t>(i + 1);
+    header.track = row.track;
+    header.time = time;
+    header.size = row.size;
+    const auto at = chunks.find(key_of(header));
+    const bool is_there = at != chunks.end();
+    out.slots.push_back(
+        {is_there ? *at->second : Chunk{header, 0, false}, is_there && at->second->intact, false});
+  }
+  return out;
+}
+
+struct Placed {
+  Chunk chunk;
+  int64_t number; // the counter without wrapping
+  bool conflict;  // another chunk claims its place
+};
+
+bool is_before(const Placed &a, const Placed &b) {
+  return std::make_pair(a.chunk.header.time, a.number) < std::make_pair(b.chunk.header.time, b.number);
+}
+
+// Chunks that are there twice, once; of two that claim one place it is not known which is the right one.
+std::vector<Placed> without_copies(const std::vector<Placed> &sorted) {
+  std::vector<Placed> out;
+  for (const Placed &next : sorted) {
+    bool is_copy = false;
+    for (size_t i = out.size(); i-- && out[i].chunk.header.time == next.chunk.header.time;) {
+      const fvv_chunk_header &a = out[i].chunk.header, &b = next.chunk.header;
+      if (a.header_crc == b.header_crc && key_of(a) == key_of(b)) {
+        out[i].chunk = out[i].chunk.intact ? out[i].chunk : next.chunk;
+        is_copy = true;
+        break;
+      }
+      const bool is_known = place_of(a.type, a.flags) != Place::unknown;
+      if (out[i].number == next.number || (is_known && a.type == b.type && a.track == b.track))
+        out[i].conflict = is_copy = true;
+    }
+    if (!is_copy) out.push_back(next);
+  }
+  return out;
+}
+
+Slots by_counters(const std::vector<Chunk> &found, std::optional<uint8_t> end_counter) {
+  std::vector<Placed> placed;
+  int64_t number = 0; // of GRUP
+  uint8_t counter = 0;
+  for (const Chunk &chunk : found) {
+    number += static_cast<int8_t>(static_cast<uint8_t>(chunk.header.counter - counter));
+    counter = chunk.header.counter;
+    placed.push_back({chunk, number, false});
+  }
+  std::stable_sort(placed.begin(), placed.end(), is_before);
+  Slots out;
+  counter = 0;
+  for (const Placed &next : without_copies(placed)) {
+    const uint8_t expected = static_cast<uint8_t>(counter + 1);
+    counter = next.chunk.header.counter;
+    out.slots.push_back({next.chunk, next.chunk.intact && !next.conflict, counter != expected});
+  }
+  out.gap_after = !end_counter || *end_counter != static_cast<uint8_t>(counter + 1);
+  return out;
+}
+
+} // namespace
+
+Slots arrange(const std::vector<Chunk> &found, int64_t start, const std::optional<End> &end,
+              std::optional<uint8_t> end_counter) {
+  const Slots counted = by_counters(found, end_counter);
+  if (!end) return counted;
+  // Of 256 missing chunks the counters show nothing. A table that merely contradicts all counters is wrong.
+  const bool is_short = counted.slots.size() < end->table.size();
+  return counted.has_gaps() || is_short ? by_table(found, start, *end) : counted;
+}
+
+std::optional<Head> prove_head(const std::vector<Chunk> &found, const End &end,
+                               const std::vector<uint32_t> &digests) {
+  if (end.table.empty()) return std::nullopt;
+  const End::Row &row = end.table.front();
+  const auto first = std::find_if(found.begin(), found.end(), [&](const Chunk &chunk) {
+    const fvv_chunk_header &h = chunk.header;
+    return h.counter == 1 && h.type == row.type && h.track == row.track && h.flags == row.flags &&
+           h.size == row.size;
+  });
+  if (first == found.end()) return std::nullopt;
+  Head head = {end.sequence, 0, later(first->header.time, -row.difference), end.time};
+  if (head.start >= head.end) return std::nullopt;
+  const Slots slots = by_table(found, head.start, end);
+  for (const uint32_t digest : digests) {
+    head.digest = digest;
+    uint8_t payload[FVV_GRUP_SIZE];
+    fvv_put_u32(payload + FVV_GRUP_SEQUENCE, head.sequence);
+    fvv_put_u32(payload + FVV_GRUP_CONFIGURATION_CRC, digest);
+    fvv_put_i64(payload + FVV_GRUP_START, head.start);
+    fvv_put_i64(payload + FVV_GRUP_END, head.end);
+    fvv_chunk_header group = {};
+    group.type = FVV_CHUNK_GROUP;
+    group.flags = FVV_FLAG_CRITICAL | FVV_FLAG_KEY;
+    group.time = head.start;
+    group.size = sizeof payload;
+    group.payload_crc = fvv_crc32c(0, payload, sizeof payload);
+    uint32_t chain = continue_chain(0, group);
+    for (const Slot &slot : slots.slots) chain = continue_chain(chain, slot.chunk.header);
+    if (chain == end.chain) return head;
+  }
+  return std::nullopt;
+}
+
+} // namespace fvv::recover
