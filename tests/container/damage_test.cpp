@@ -107,6 +107,26 @@ TEST_CASE("bytes taken out, put in or overwritten anywhere cost the frames they 
   }
 }
 
+TEST_CASE("a group without its end, at any alignment, costs nothing of what follows") {
+  const Bytes stream = small_stream(3, true, true);
+  const size_t whole = read_stream(stream).count(FVV_EVENT_CHUNK);
+  const std::vector<size_t> offsets = chunk_offsets(stream);
+  for (size_t i = 0; i + 1 < offsets.size(); i++) {
+    if (fvv_get_u32(stream.data() + offsets[i]) != FVV_CHUNK_GROUP_END) continue;
+    for (size_t inserted = 1; inserted < 16; inserted++) {
+      // Bytes before the first chunk, and nothing wrong in the group but that it does not end.
+      Bytes bad(stream.begin(), stream.begin() + 24);
+      bad.insert(bad.end(), inserted, 0x55);
+      bad.insert(bad.end(), stream.begin() + 24, stream.begin() + long(offsets[i]));
+      bad.insert(bad.end(), stream.begin() + long(offsets[i + 1]), stream.end());
+      const Reading reading = read_stream(bad);
+      INFO("chunk " << i << ", " << inserted << " bytes");
+      CHECK(reading.count(FVV_EVENT_CHUNK) == whole - 1);
+      CHECK(reading.events == read_stream(bad, 7).events);
+    }
+  }
+}
+
 TEST_CASE("bytes that were skipped are counted exactly") {
   const Bytes stream = small_stream(3);
   for (const size_t at : chunk_offsets(stream)) {

@@ -120,3 +120,41 @@ TEST_CASE("a changed chunk with a new CRC is noticed, for every chunk") {
     CHECK(peak.peak <= most_memory);
   }
 }
+
+TEST_CASE("a frame that does not decode is not decoded again for each frame after it") {
+  Stream stream = good_stream(1);
+  stream.groups[0] = {0, 2000, {mesh_chunk(0, 0)}};
+  for (int frame = 1; frame < 1000; frame++) {
+    Chunk chunk = mesh_chunk(frame, frame);
+    chunk.flags = 0; // but it is a key mesh
+    stream.groups[0].chunks.push_back(chunk);
+  }
+  struct Counted {
+    Bytes bytes;
+    size_t calls = 0;
+    static fvv_status read(void *user, uint64_t offset, void *out, size_t size) {
+      auto *self = static_cast<Counted *>(user);
+      self->calls++;
+      std::memcpy(out, self->bytes.data() + offset, size);
+      return FVV_OK;
+    }
+  } counted = {write(stream)};
+  const fvv_input input = {Counted::read, &counted, counted.bytes.size()};
+  fvv_stream *opened = nullptr;
+  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
+  REQUIRE(fvv_stream_frame_count(opened) == 1000);
+  fvv_diagnostic first = {};
+  for (size_t frame = 1; frame < 1000; frame++) {
+    fvv_mesh mesh;
+    fvv_diagnostic diagnostic = {};
+    REQUIRE(fvv_stream_mesh(opened, frame, 1, &mesh, &diagnostic) == FVV_ERROR_INVALID);
+    if (frame == 1) first = diagnostic;
+    CHECK(diagnostic.offset == first.offset);
+    CHECK(diagnostic.issue == first.issue);
+  }
+  CHECK(counted.calls < 100);
+  fvv_mesh mesh;
+  CHECK(fvv_stream_mesh(opened, 0, 1, &mesh, nullptr) == FVV_OK);
+  fvv_mesh_free(&mesh);
+  fvv_stream_close(opened);
+}

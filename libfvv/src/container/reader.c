@@ -163,7 +163,8 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
     status = fvv_fail(&diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PADDING, header->type,
                       r->offset + FVV_CHUNK_HEADER_SIZE + header->size, "padding is not 0");
   if (diagnostic.issue == FVV_ISSUE_GROUP_UNFINISHED) {
-    /* The open group is broken, not this chunk, which is checked again. */
+    /* The open group is broken, not this chunk, which is checked again: where it came from. */
+    memmove(r->buffer.data + r->head, payload - FVV_CHUNK_HEADER_SIZE, (size_t)extent);
     fvv_sequence_abandon_group(&r->sequence);
     damage_event(r, event);
     event->diagnostic = diagnostic;

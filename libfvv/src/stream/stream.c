@@ -172,6 +172,19 @@ fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, c
   return FVV_OK;
 }
 
+/* Errors of the stream stay; others may be gone in the next call. */
+static fvv_status remember(fvv_known_failure *known, uint64_t chunk, fvv_status status,
+                           const fvv_diagnostic *found, fvv_diagnostic *diagnostic) {
+  const fvv_known_failure failure = {chunk, status, *found};
+  if (status <= FVV_ERROR_DAMAGED && status > FVV_ERROR_BUG) *known = failure;
+  if (diagnostic) *diagnostic = *found;
+  return status;
+}
+static fvv_status fail_again(const fvv_known_failure *known, fvv_diagnostic *diagnostic) {
+  if (diagnostic) *diagnostic = known->diagnostic;
+  return known->status;
+}
+
 /* Cameras of frames by number. A CALB chunk is decoded from the key of its group on; the position of the
  * track is kept, so that frames in order cost one step each. */
 
@@ -185,21 +198,24 @@ static fvv_status follow_cameras(fvv_stream *s, const fvv_chunk_info *first, con
                                  fvv_diagnostic *diagnostic) {
   const fvv_chunk_info *next = wanted;
   while (next > first && next->offset != s->calibration_chunk &&
+         next->offset != s->calibration_failure.chunk &&
          !(is_calibration(next) && next->flags & FVV_FLAG_KEY))
     next--;
+  if (next->offset == s->calibration_failure.chunk) return fail_again(&s->calibration_failure, diagnostic);
   if (next->offset == s->calibration_chunk) next++;
   s->calibration_chunk = 0;
   for (; next <= wanted; next++) {
     if (!is_calibration(next)) continue;
     const uint8_t *payload;
-    fvv_status status = fvv_file_read_chunk(s->file, next, &payload, diagnostic);
-    if (status != FVV_OK) return status;
-    status = fvv_calibration_decode(s->calibration, payload, (size_t)next->size, next->flags & FVV_FLAG_KEY,
-                                    diagnostic);
-    if (status != FVV_OK) {
-      fvv_diagnostic_rebase(diagnostic, next->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_CALIBRATION);
-      return status;
+    fvv_diagnostic found = {0};
+    fvv_status status = fvv_file_read_chunk(s->file, next, &payload, &found);
+    if (status == FVV_OK) {
+      status = fvv_calibration_decode(s->calibration, payload, (size_t)next->size, next->flags & FVV_FLAG_KEY,
+                                      &found);
+      if (status != FVV_OK)
+        fvv_diagnostic_rebase(&found, next->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_CALIBRATION);
     }
+    if (status != FVV_OK) return remember(&s->calibration_failure, next->offset, status, &found, diagnostic);
   }
   s->calibration_chunk = wanted->offset;
   return FVV_OK;
@@ -343,6 +359,7 @@ typedef struct followed_track {
   uint16_t track;
   uint64_t key, last; /* offsets of the chunks of the key mesh and of the current frame */
   fvv_mesh_frames frames;
+  fvv_known_failure failure;
 } followed_track;
 
 static void release_meshes(fvv_stream *stream) {
@@ -379,6 +396,8 @@ static fvv_status follow_meshes(fvv_stream *s, followed_track *track, const fvv_
                                 const fvv_chunk_info *wanted, fvv_diagnostic *diagnostic) {
   const fvv_chunk_info *key = wanted;
   while (key > first && !(is_mesh(key, track->track) && key->flags & FVV_FLAG_KEY)) key--;
+  if (track->failure.chunk >= key->offset && track->failure.chunk <= wanted->offset)
+    return fail_again(&track->failure, diagnostic);
   const fvv_chunk_info *next = key;
   if (fvv_mesh_frames_current(&track->frames) && track->key == key->offset && track->last <= wanted->offset)
     while (next <= wanted && next->offset <= track->last) next++;
@@ -386,8 +405,9 @@ static fvv_status follow_meshes(fvv_stream *s, followed_track *track, const fvv_
     fvv_mesh_frames_reset(&track->frames);
   for (; next <= wanted; next++) {
     if (!is_mesh(next, track->track)) continue;
-    const fvv_status status = decode_mesh(s, track, next, diagnostic);
-    if (status != FVV_OK) return status;
+    fvv_diagnostic found = {0};
+    const fvv_status status = decode_mesh(s, track, next, &found);
+    if (status != FVV_OK) return remember(&track->failure, next->offset, status, &found, diagnostic);
   }
   return FVV_OK;
 }
@@ -441,6 +461,7 @@ typedef struct followed_visibility {
   uint16_t track;
   uint64_t last; /* offset of the chunk that was decoded last; 0: none */
   fvv_visibility_frames frames;
+  fvv_known_failure failure;
 } followed_visibility;
 
 static void release_visibility(fvv_stream *stream) {
@@ -506,6 +527,8 @@ static fvv_status follow_visibility(fvv_stream *s, followed_visibility *track, s
   for (;; from--) {
     const fvv_status status = find_chunk(s, from, track->track, &chunk, &found, diagnostic);
     if (status < 0) return status;
+    if (status == FVV_OK && chunk->offset == track->failure.chunk)
+      return fail_again(&track->failure, diagnostic);
     if (status == FVV_OK && chunk->offset == track->last) {
       if (from++ == frame) return FVV_OK;
       break;
@@ -514,8 +537,11 @@ static fvv_status follow_visibility(fvv_stream *s, followed_visibility *track, s
   }
   for (; from <= frame; from++) {
     fvv_status status = find_chunk(s, from, track->track, &chunk, &found, diagnostic);
-    if (status == FVV_OK) status = decode_visibility(s, track, from, chunk, &found, diagnostic);
+    fvv_diagnostic failure = {0};
     if (status < 0) return status;
+    if (status == FVV_END) continue;
+    status = decode_visibility(s, track, from, chunk, &found, &failure);
+    if (status < 0) return remember(&track->failure, chunk->offset, status, &failure, diagnostic);
   }
   return FVV_OK;
 }

@@ -4,6 +4,14 @@
 
 #include "stream/configuration.h"
 
+/* The chunk of a track that does not decode: what depends on it fails in the same way, without being decoded
+ * again from the key on. Else a stream of n frames would cost n * n steps. */
+typedef struct fvv_known_failure {
+  uint64_t chunk; /* its offset; 0: none */
+  fvv_status status;
+  fvv_diagnostic diagnostic;
+} fvv_known_failure;
+
 struct fvv_stream {
   fvv_allocator allocator;
   fvv_limits limits;
@@ -17,6 +25,7 @@ struct fvv_stream {
   fvv_bytes visibility;         /* followed_visibility: where each track was decoded last */
   fvv_calibration *calibration; /* of the block that is loaded; NULL: none yet */
   uint64_t calibration_chunk;   /* offset of the chunk that was decoded last; 0: none */
+  fvv_known_failure calibration_failure;
   fvv_bytes layouts; /* followed_tiles: the layout of a group that was decoded last, of each track */
   fvv_bytes background_payload; /* of the BACK chunk that was read last, and its content */
   fvv_background background;

@@ -13,8 +13,8 @@ namespace fvv::media {
 // code for linear samples): mid-grey costs a codec next to nothing.
 constexpr uint8_t flat_grey = 128;
 template <class SampleType>
-constexpr SampleType flat_grey_of = SampleType(flat_grey *(sizeof(SampleType) == 1 ? 1 : 257));
-template <> constexpr float flat_grey_of<float> = 0.21586050f;
+inline constexpr SampleType flat_grey_of = SampleType(flat_grey *(sizeof(SampleType) == 1 ? 1 : 257));
+template <> inline constexpr float flat_grey_of<float> = 0.21586050f;
 
 // Pixels around every tile that repeat its edge, where no other tile is nearer or has its own: filters of a
 // codec and the interpolation of colours reach no farther.
