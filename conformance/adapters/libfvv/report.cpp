@@ -62,7 +62,10 @@ uint64_t chunk_at(const Seen &seen, const fvv_diagnostic &problem) {
   if (is_payload && at->first == problem.offset && at->second.type != problem.chunk_type &&
       at != seen.chunks.begin())
     --at;
-  return problem.offset < at->second.end + is_payload ? at->first : problem.offset;
+  const uint64_t end = at->second.end;
+  if (problem.offset < end + is_payload) return at->first;
+  // A header that is wrong begins where the chunk before ends.
+  return problem.offset - end < chunk_header_size ? end : problem.offset;
 }
 
 struct CheckerDeleter {
