@@ -211,6 +211,7 @@ class Reader:
             elif kind == b"INDX":
                 self.close_block()
                 self.place, self.index = "index", None if broken else chunk
+                self.indexed = not broken
                 self.check_index(chunk)
             elif kind == b"FOOT":
                 self.place = "end"
@@ -383,7 +384,6 @@ class Reader:
         demand(size == chunk.end, 1302, f"size of the stream {size}")
         if self.index:
             demand((offset, crc) == (self.index.offset, self.index.crc), 1302, "INDX in FOOT")
-            self.indexed = True
 
     def finish(self):
         if self.place == "group" and not self.suppressed:
@@ -409,11 +409,7 @@ class Reader:
             ],
             "frames": frames,
             "sounds": {
-                str(track): {
-                    "packets": sum(packets.count for packets in parts),
-                    "start": parts[0].start,
-                    "sha256": sha256(b"".join(packets.data for packets in parts)),
-                }
+                str(track): {**sound_of(parts), "chunks": [sound_of([part]) for part in parts]}
                 for track, parts in sorted(sounds.items())
             },
             "background": backgrounds,
@@ -437,6 +433,14 @@ class Reader:
             "ended": self.ended,
             "indexed": self.indexed,
         }
+
+
+def sound_of(parts):
+    return {
+        "packets": sum(packets.count for packets in parts),
+        "start": parts[0].start,
+        "sha256": sha256(b"".join(packets.data for packets in parts)),
+    }
 
 
 def report(data, live=False):
