@@ -127,7 +127,7 @@ def whole():
     )
     valid(
         "background_changes",
-        "A new configuration has another environment, the next one none.",
+        "A new configuration has no environment, the next one another.",
         "18.5",
         lambda: changes(same, other),
     )
@@ -136,7 +136,7 @@ def whole():
 
 def later():
     s = opened(*TRACKS)
-    for number in range(4):
+    for number in range(3):
         s.begin(number, number + 1)
         frame(s, number)
         if number == 2:
@@ -148,7 +148,7 @@ def later():
 
 def changes(first, second):
     s = opened(*TRACKS)
-    for number, payload in enumerate((first, second, None)):
+    for number, payload in enumerate((first, None, second)):
         if number:
             block(s, *TRACKS, scene=payloads.scene(up_axis=number))
         s.begin(number, number + 1)
