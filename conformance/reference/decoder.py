@@ -36,6 +36,8 @@ class Refused(Exception):
 class Reader:
     """Reads one stream. place: start, configuration, group, between, index, end, or lost where damage hides it."""
 
+    group_type = Group
+
     def __init__(self, data, blocks):
         self.data = data
         self.issues, self.refused = [], False
@@ -272,7 +274,7 @@ class Reader:
         demand(len(chunk.payload) == 24, 1204, "size of GRUP")
         sequence, digest, start, end = struct.unpack("<IIqq", chunk.payload)
         known = self.blocks.get(digest)
-        group = self.group = Group(chunk, known)
+        group = self.group = self.group_type(chunk, known)
         self.place = "group"
         group.at_block, group.run = self.block, self.run[0]
         if broken:
@@ -460,9 +462,9 @@ def report(data, live=False):
     return reader.results()
 
 
-def read(data, blocks):
+def read(data, blocks, reader_type=Reader):
     """A Reader that has read a stream. blocks: configuration blocks by digest that are known before."""
-    reader = Reader(data, blocks)
+    reader = reader_type(data, blocks)
     try:
         reader.run_through()
     except Refused:
