@@ -274,18 +274,20 @@ def faults():
             background([part(PLAIN)], **fields),
             "18.1",
         )
-    faulty("background_no_key", "A BACK chunk does not have the key flag.", "18.1", no_key)
+    faulty("background_no_key", "A BACK chunk does not have the key flag.", "18.1", no_key, needs_check=True)
     faulty(
         "background_not_same",
         "The second group has another environment under the same block.",
         "18.5",
         lambda: not_same(False),
+        needs_check=True,
     )
     faulty(
         "background_not_same_repetition",
         "The group after a repeated block has another environment.",
         "18.5",
         lambda: not_same(True),
+        needs_check=True,
     )
 
     def part_fault(name, title, *args, pictures=("png",), **fields):
