@@ -392,10 +392,12 @@ class Reader:
         self.close_block()
 
     def results(self):
-        frames, sounds, backgrounds = [], {}, {}
+        frames, sounds, backgrounds, digest = [], {}, {}, None
         for group in self.groups:
             if group.block is None:
                 continue
+            if group.digest != digest:  # clause 18.5: an environment belongs to a configuration
+                digest, backgrounds = group.digest, {}
             frames += [{"time": time, "arrays": arrays} for time, arrays in group.whole()]
             for track, packets in group.sounds:
                 sounds.setdefault(track, []).append(packets)
