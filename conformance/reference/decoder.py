@@ -392,16 +392,10 @@ class Reader:
         self.close_block()
 
     def results(self):
-<<<<<<< HEAD
         frames, sounds = [], {}
-=======
-        frames, sounds, backgrounds, digest = [], {}, {}, None
->>>>>>> 17a0d1439d3d2ec783de8ef42b4bac173f5872b8
         for group in self.groups:
             if group.block is None:
                 continue
-            if group.digest != digest:  # clause 18.5: an environment belongs to a configuration
-                digest, backgrounds = group.digest, {}
             frames += [{"time": time, "arrays": arrays} for time, arrays in group.whole()]
             for track, packets in group.sounds:
                 sounds.setdefault(track, []).append(packets)
