@@ -21,7 +21,9 @@ class EagerGroup(Group):
     def note_complete(self):
         time = self.whole_before
         seen = {track for _, track, at in self.times if at == time}
-        wanted = {id for id, track in self.block.tracks.items() if track.kind != AUDIO} if self.block else {None}
+        wanted = (
+            {id for id, track in self.block.tracks.items() if track.kind != AUDIO} if self.block else {None}
+        )
         if time in self.frame_times and wanted <= seen:
             self.complete_time = time
 
