@@ -7,13 +7,25 @@
   and a broken rule about their order or their counters takes nothing from a frame.
 """
 
+from .container import Broken
 from .decode.group import Group
 from .decoder import Reader, read, report
 
 AUDIO = 7
+#: Types whose content is not part of frames.
+BESIDE = (b"BACK", b"AUDI")
 
 
-class EagerGroup(Group):
+class FrameGroup(Group):
+    """A wrong environment or wrong sound takes nothing from a frame, and neither do colours without a key mesh."""
+
+    def lose(self, chunk):
+        is_needed = chunk.kind != b"COLR" or chunk.time in self.key_times.values()
+        if chunk.kind not in BESIDE and is_needed:
+            super().lose(chunk)
+
+
+class EagerGroup(FrameGroup):
     """A group whose last frame before damage counts, if every track has a chunk in it."""
 
     complete_time = None
@@ -39,10 +51,17 @@ class EagerGroup(Group):
         return sorted({*super().whole_times(), *more})
 
 
-class TableGroup(Group):
+class TableGroup(FrameGroup):
     """A group that is whole if its table is right."""
 
     lost = False
+
+    def place(self, chunk):
+        try:
+            super().place(chunk)
+        except Broken as broken:
+            if broken.issue not in (1208, 1209):
+                raise
 
     def damage(self):
         if self.lost:

@@ -145,7 +145,7 @@ json summary(const fvv_checker *checker, const Seen &seen) {
           {"tracks", tracks},
           {"cameras", cameras},
           {"ended", found.has_footer != 0},
-          {"indexed", seen.has_index && found.has_footer}};
+          {"indexed", seen.has_index}};
 }
 
 } // namespace
