@@ -128,9 +128,9 @@ def tracks():
     track("twice", "Two TRAK have one identifier.", "5.2", good, 2102, identifier=1)
     track(
         "twice_other_kind",
-        "A mesh track and a video track have one identifier.",
+        "A mesh track and a colour track have one identifier.",
         "5.2",
-        payloads.track(VIDEO),
+        payloads.track(payloads.COLOURS),
         2102,
         1,
     )

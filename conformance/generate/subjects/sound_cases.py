@@ -380,9 +380,19 @@ def chunk_faults():
         before=False,
         time=3,
     )
-    faulty("sound_codec_unknown", "The audio codec is unknown; the rest can be shown.", "20.1", faulty_codec)
     faulty(
-        "sound_codec_case", "The audio codec is Opus instead of opus.", "20.1", lambda: faulty_codec("Opus")
+        "sound_codec_unknown",
+        "The audio codec is unknown; the rest can be shown.",
+        "20.1",
+        faulty_codec,
+        needs_check=True,
+    )
+    faulty(
+        "sound_codec_case",
+        "The audio codec is Opus instead of opus.",
+        "20.1",
+        lambda: faulty_codec("Opus"),
+        needs_check=True,
     )
     faulty(
         "sound_start_extreme",
