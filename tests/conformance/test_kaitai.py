@@ -6,9 +6,9 @@ import struct
 import subprocess
 
 import pytest
-from conftest import CONFORMANCE, ROOT, cases, vectors
 from reference.container import PACKED, STRUCTURES
 from reference.decode.scan import Chunk, scan
+from streams import CONFORMANCE, ROOT, cases, vectors
 
 
 @pytest.fixture(scope="module")
