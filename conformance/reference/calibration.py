@@ -2,7 +2,7 @@
 
 import struct
 
-from .container import FLAGS, Numbers, chunks, crc32c, unzigzag
+from .container import FLAGS, Numbers, chunks, crc32c, demand, unzigzag
 
 LENSES = {0: 0, 1: 8, 2: 4}  # coefficients of each lens model
 MOVES = 1
@@ -13,7 +13,7 @@ def camera(values, bits, lens):
     rotation_bits, position_bits, pixel_bits, lens_bits = bits
     q0, q1, q2, q3 = values[:4]
     n = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
-    assert 2 ** (2 * rotation_bits - 2) <= n <= 2 ** (2 * rotation_bits + 2)
+    demand(2 ** (2 * rotation_bits - 2) <= n <= 2 ** (2 * rotation_bits + 2), 5104, "length of a quaternion")
     rotation = [
         (q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3) / n, 2 * (q1 * q2 - q0 * q3) / n, 2 * (q1 * q3 + q0 * q2) / n,
         2 * (q1 * q2 + q0 * q3) / n, (q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3) / n, 2 * (q2 * q3 - q0 * q1) / n,
@@ -40,25 +40,26 @@ class Track:
 
     def add(self, payload, key):
         """Reads a CALB payload and returns the cameras that are calibrated, by identifier."""
-        number, *bits, count = struct.unpack_from("<H4BH", payload, 0)
-        assert (number == 0) == key
+        demand(len(payload) >= 8, 5101, "size")
+        number, *bits, count = struct.unpack_from("<H4BH", payload)
+        demand(8 <= bits[0] <= 25 and max(bits[1:]) <= 40, 5101, f"bits {bits}")
+        demand((number == 0) == key, 5103, f"number {number}, key {key}")
         if key:
             self.last = {}
         else:
-            assert number == self.number + 1 and bits == self.bits
+            demand(number == self.number + 1 and bits == self.bits, 5103, f"number {number}, bits {bits}")
         self.number, self.bits = number, bits
-        assert 8 <= bits[0] <= 25 and max(bits[1:]) <= 40
-        numbers, out = Numbers(payload, 8), {}
+        numbers, out = Numbers(payload, 8, 5101), {}
         for _ in range(count):
             identifier = numbers.next()
-            assert identifier in self.lenses and identifier > max(out, default=-1)
+            demand(identifier in self.lenses and identifier > max(out, default=-1), 5102, f"{identifier}")
             lens = self.lenses[identifier]
             before = self.last.get(identifier, [0] * (12 + LENSES[lens] + 1))
             values = [value + unzigzag(numbers.next()) for value in before]
-            assert all(abs(value) <= 2**53 for value in values)
+            demand(all(abs(value) <= 2**53 for value in values), 5104, "a value beyond 2^53")
             self.last[identifier] = values
             out[identifier] = camera(values, bits, lens)
-        assert numbers.at == len(payload)
+        demand(numbers.at == len(payload), 5101, "bytes after the last entry")
         return out
 
 

@@ -19,12 +19,16 @@ PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "i64": "q",
 
 
 class Broken(ValueError):
-    """A rule is broken: its number, and what was found."""
+    """A rule is broken. issue: its number; the text says what was found."""
+
+    def __init__(self, issue, text):
+        super().__init__(f"FVV-{issue}: {text}")
+        self.issue = issue
 
 
 def demand(condition, issue, text):
     if not condition:
-        raise Broken(f"FVV-{issue}: {text}")
+        raise Broken(issue, text)
 
 
 def crc_table():
@@ -65,19 +69,22 @@ def unzigzag(value):
 
 
 class Numbers:
-    """ULEB128 numbers in a row."""
+    """ULEB128 numbers in a row. issue: of a number that is cut, not in its shortest form, or not below 2^64."""
 
-    def __init__(self, data, at):
-        self.data, self.at = data, at
+    def __init__(self, data, at, issue):
+        self.data, self.at, self.issue = data, at, issue
 
     def next(self):
         value = shift = 0
         while True:
+            demand(self.at < len(self.data), self.issue, "a number is cut")
             byte = self.data[self.at]
             self.at += 1
             value |= (byte & 127) << shift
+            demand(value < 1 << 64, self.issue, "a number of more than 64 bits")
             shift += 7
             if byte < 128:
+                demand(byte or shift == 7, self.issue, "a number that is not in its shortest form")
                 return value
 
 

@@ -3,7 +3,7 @@
 import struct
 from collections import defaultdict
 
-from .container import Numbers, crc32c, payloads
+from .container import Numbers, crc32c, demand, payloads
 from .mesh import read_raw
 from .range_coder import RangeDecoder
 
@@ -137,16 +137,19 @@ class Sequence:
 
     def add(self, payload):
         """Decodes a whole MESH payload of profile 2."""
-        numbers = Numbers(payload, 16)
+        numbers = Numbers(payload, 16, 3021)
         self.frame += 1
-        assert numbers.next() == self.frame
-        assert numbers.next() == len(self.hierarchy.levels)
+        number = numbers.next()
+        demand(number == self.frame, 3019, f"delta frame {number}, expected {self.frame}")
+        count = numbers.next()
+        demand(count == len(self.hierarchy.levels), 3020, f"{count} levels")
         coded = [(numbers.next(), numbers.next()) for _ in self.hierarchy.levels]
+        demand(all(1 <= step < 1 << 18 for step, _ in coded), 3020, "a step")
         at, levels = numbers.at, []
+        demand(at + sum(size for _, size in coded) == len(payload), 3021, "sizes of the levels")
         for step, size in coded:
             levels.append((step, RangeDecoder(payload[at : at + size]) if size else None))
             at += size
-        assert at == len(payload)
         self.move(levels)
 
     def move(self, coded):
@@ -156,7 +159,7 @@ class Sequence:
         for level, contexts, (step, decoder) in zip(self.hierarchy.levels, self.contexts, coded):
             for vertex in level:
                 self._move(vertex, decoder, contexts, step)
-            assert not decoder or decoder.ends()
+            demand(not decoder or decoder.ends(), 3022, "end of a level")
         self.before = self.now
 
     def _move(self, vertex, decoder, contexts, step):
@@ -173,7 +176,7 @@ class Sequence:
                     self.last[vertex][a] = sign(residual)
                 before_axis += abs(residual)
                 state += residual * step
-            assert abs(state) <= STATE_MAX
+            demand(abs(state) <= STATE_MAX, 3006, "a position outside the lattice")
             self.states[vertex][a] = state
             self.motion[vertex][a] = min(state - former, (1 << 31) - 1)
 
@@ -200,7 +203,7 @@ def decode_magnitude(decoder, contexts, around):
     digits = 0
     while decoder.decision(contexts["more", around, digits]):
         digits += 1
-        assert digits < 30
+        demand(digits < 30, 3022, "a magnitude of 2^30")
     magnitude = 1
     for i in range(digits):
         magnitude = 2 * magnitude + (decoder.even() if i else decoder.decision(contexts["first", digits]))

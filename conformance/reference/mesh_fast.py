@@ -5,7 +5,7 @@ Uses nothing of meshoptimizer either.
 
 import struct
 
-from .container import Numbers, crc32c, payloads, unzigzag
+from .container import Numbers, crc32c, demand, payloads, unzigzag
 from .mesh import NORMALS, TEXTURE, Mesh, raw_data
 
 MASK = (1 << 32) - 1
@@ -16,8 +16,8 @@ class Vertices:
     """Mode 0, attributes. modes: the header bits of all groups, so that tests can see what a stream uses."""
 
     def __init__(self, data, count, stride):
-        assert data[0] == 0xA0
-        assert not any(data[len(data) - TAIL : len(data) - stride])
+        demand(data[0] == 0xA0, 3025, "first byte of the vertex stream")
+        demand(not any(data[len(data) - TAIL : len(data) - stride]), 3025, "tail of the vertex stream")
         self.data, self.at, self.modes = data, 1, []
         before, self.elements = list(data[len(data) - stride :]), []
         for first in range(0, count, BLOCK):
@@ -26,11 +26,11 @@ class Vertices:
             for deltas in zip(*columns):
                 before = [(byte + unzigzag(delta)) % 256 for byte, delta in zip(before, deltas)]
                 self.elements.append(bytes(before))
-        assert self.at == len(data) - TAIL
+        demand(self.at == len(data) - TAIL, 3025, "end of the vertex stream")
 
     def _take(self, size):
+        demand(self.at + size <= len(self.data) - TAIL, 3025, "the vertex stream is cut")
         taken = self.data[self.at : self.at + size]
-        assert len(taken) == size
         self.at += size
         return taken
 
@@ -68,24 +68,23 @@ class Faces:
     """Mode 1, triangles."""
 
     def __init__(self, data, count):
-        assert data[0] == 0xE1
+        demand(data[0] == 0xE1, 3026, "first byte of the index stream")
         self.codes, self.table = data[1 : 1 + count], data[len(data) - TABLE :]
-        assert self.table[14:] == bytes(2)
-        assert not any(15 in (pair >> 4, pair & 15) for pair in self.table)
-        self.numbers = Numbers(data[: len(data) - TABLE], 1 + count)
+        demand(self.table[14:] == bytes(2), 3026, "end of the table")
+        demand(not any(15 in (pair >> 4, pair & 15) for pair in self.table), 3026, "a half-byte of 15")
+        self.numbers = Numbers(data[: len(data) - TABLE], 1 + count, 3026)
         self.next_vertex = self.last = 0
         self.edges, self.recent = Fifo((MASK, MASK)), Fifo(MASK)
         self.faces = [self._on_edge(code) if code < 0xF0 else self._free(code) for code in self.codes]
-        assert self.numbers.at == len(data) - TABLE
+        demand(self.numbers.at == len(data) - TABLE, 3026, "end of the index stream")
 
     def _new(self):
         self.next_vertex = self.next_vertex + 1 & MASK
         return self.next_vertex - 1 & MASK
 
     def _far(self):
-        begin = self.numbers.at
         number = self.numbers.next()
-        assert number <= MASK and self.numbers.at - begin == max(1, -(-number.bit_length() // 7))
+        demand(number <= MASK, 3026, "a number of more than 32 bits")
         self.last = self.last + unzigzag(number) & MASK
         return self.last
 
@@ -111,6 +110,7 @@ class Faces:
             pair = self.table[code & 15]
             a = self._new()
         else:
+            demand(self.numbers.at < len(self.numbers.data), 3026, "the index stream is cut")
             pair = self.numbers.data[self.numbers.at]
             self.numbers.at += 1
             if pair == 0:
@@ -133,10 +133,12 @@ class Faces:
 
 def streams(payload):
     """The decoded vertex and index streams of a whole MESH payload of profile 4."""
-    profile, attributes, _, _, vertices, faces, _, size = struct.unpack_from("<4B4I", payload)
-    assert profile == 4
-    stride, rest = 12 + 8 * attributes.bit_count(), payload[20:]
-    assert 33 + stride * -(-vertices // 64) <= size <= len(rest) and 17 + faces <= len(rest) - size
+    _, attributes, _, _, vertices, faces = struct.unpack_from("<4B2I", payload)
+    demand(len(payload) >= 20, 3023, "no size of the vertex stream")
+    (size,) = struct.unpack_from("<I", payload, 16)
+    stride, rest = 12 + 8 * bin(attributes).count("1"), payload[20:]
+    demand(size <= len(rest), 3023, "the vertex stream is cut")
+    demand(33 + stride * -(-vertices // 64) <= size and 17 + faces <= len(rest) - size, 3024, "density")
     return Vertices(rest[:size], vertices, stride), Faces(rest[size:], faces)
 
 

@@ -7,7 +7,7 @@ import struct
 from collections import defaultdict
 
 from . import calibration
-from .container import FLAGS, Numbers, chunks, crc32c
+from .container import FLAGS, Numbers, chunks, crc32c, demand
 from .mesh import read_raw
 from .mesh_delta import AXES, Sequence, divide
 from .range_coder import RangeDecoder
@@ -128,7 +128,7 @@ def decode_stream(decoder, surface, facing, former):
             counts[bit][face] += 1
         states[vertex] = 1 + bit
     states = decode_levels(decoder, surface, states, former)
-    assert decoder.ends()
+    demand(decoder.ends(), 6007, "end of a stream")
     return states
 
 
@@ -136,7 +136,7 @@ def decode_chunk(payload, positions, faces, cameras, before):
     """States of each camera of a VISI payload. cameras: centres by identifier; before: states by identifier."""
     reserved, threshold, _, count, number, camera_count = struct.unpack_from("<BBHIII", payload)
     assert reserved == 0
-    numbers = Numbers(payload, 16)
+    numbers = Numbers(payload, 16, 6004)
     table, camera = [], 0
     for _ in range(camera_count):
         camera += numbers.next()

@@ -185,6 +185,30 @@ TEST_CASE("a stream that has lost every GRUP is listed by its index") {
   for (size_t g = 0; g < 3; g++) CHECK(!fvv_file_group(f.file, g)->intact);
 }
 
+TEST_CASE("groups that moved are listed once, although the index has them elsewhere") {
+  const Bytes stream = small_stream(3);
+  std::vector<size_t> groups;
+  for (const size_t at : chunk_offsets(stream))
+    if (fvv_get_u32(stream.data() + at) == FVV_CHUNK_GROUP) groups.push_back(at);
+  REQUIRE(groups.size() == 3);
+  for (const size_t at : groups) {
+    // The block that holds for the group, once more before it.
+    Bytes longer = stream;
+    const Bytes block(stream.begin() + FVV_FILE_HEADER_SIZE, stream.begin() + long(groups[0]));
+    longer.insert(longer.begin() + long(at), block.begin(), block.end());
+    Opened f(longer);
+    INFO("group at " << at);
+    REQUIRE(f.status == FVV_OK);
+    CHECK(fvv_file_index_state(f.file) == FVV_INDEX_REBUILT);
+    REQUIRE(fvv_file_group_count(f.file) == 3);
+    for (size_t g = 0; g < 3; g++) {
+      CHECK(fvv_file_group(f.file, g)->intact == 1);
+      CHECK(fvv_file_group(f.file, g)->frame_count == 2);
+    }
+    CHECK(f.payloads() == expected(6));
+  }
+}
+
 TEST_CASE("a group whose GRUP or GEND is lost still gives its chunks") {
   const Bytes stream = small_stream(3);
   for (const size_t at : chunk_offsets(stream)) {

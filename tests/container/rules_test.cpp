@@ -161,6 +161,13 @@ TEST_CASE("rules of chunk headers and payloads") {
   fvv_diagnostic d{};
   CHECK(fvv_header_check(&header, 0, &d) == FVV_ERROR_INVALID);
   CHECK(d.issue == FVV_ISSUE_CHUNK_SIZE);
+  // Although every limit is smaller.
+  Bytes endless = p.mesh();
+  fvv_put_u64(endless.data() + 16, UINT64_C(1) << 63);
+  fvv_put_u32(endless.data() + 28, fvv_crc32c(0, endless.data(), 28));
+  const Reading reading = read_stream(join({front, endless, p.mesh()}));
+  CHECK(reading.status == FVV_ERROR_INVALID);
+  CHECK(reading.diagnostic.issue == FVV_ISSUE_CHUNK_SIZE);
 }
 
 TEST_CASE("limits stop a reader before it holds what they forbid") {

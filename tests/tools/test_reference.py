@@ -99,7 +99,7 @@ def test_the_delta_vector_uses_what_the_profile_has():
     assert len(hierarchy.levels) >= 4 and hierarchy.twins
     steps, sizes = set(), set()
     for payload in payloads[1:]:
-        numbers = container.Numbers(payload, 18)
+        numbers = container.Numbers(payload, 18, 5101)
         for _ in hierarchy.levels:
             steps.add(numbers.next())
             sizes.add(numbers.next())

@@ -76,6 +76,7 @@ export class Decoder extends EventTarget {
   #ended = false;
   #closed = false;
   #sounds = null; // decoders of sound
+  #configured = {}; // a promise, and what fulfils it with the first configuration
   #heard = 0; // generation of sounds that are wanted; those of former ones were read before a seek
 
   /** Use createDecoder. */
@@ -96,6 +97,7 @@ export class Decoder extends EventTarget {
     const module = await compileCore();
     this.#projector = new Projector(await createProjection(await compileProjection()));
     this.configuration = null;
+    this.#configured.promise = new Promise((fulfil) => (this.#configured.fulfil = fulfil));
     this.backgrounds = [];
     this.writable = feed?.writable ?? null;
     const pull = () => feed?.pull() ?? null;
@@ -152,6 +154,8 @@ export class Decoder extends EventTarget {
     try {
       while (!this.#closed) {
         const sounds = await this.#call("soundsAhead");
+        // Reports of damage may come before the configuration does; sound does not.
+        await this.#configured.promise;
         if (!sounds || this.#closed) return;
         const { generation, configured, chunks } = sounds;
         if (configured) this.#sounds?.configure(configured);
@@ -171,6 +175,7 @@ export class Decoder extends EventTarget {
   #configure(configuration) {
     configuration.cameras = configuration.cameras.map((fields) => new Camera(fields, this.#projector));
     this.configuration = configuration;
+    this.#configured.fulfil();
     this.rungs = this.#givenRungs ?? rungsOf(configuration);
     this.#cameras = this.#latestCameras = configuration.cameras;
     // Track numbers may have changed. The next call reports a failure.

@@ -520,7 +520,8 @@ export class Playback {
       // A configuration inside the stream was emitted when it arrived.
       if (state.fromIndex) this.#emit("configuration", configuration);
       state.duration = configuration?.frameDuration ?? 0n;
-      state.known = about.configuration;
+      // Of a group whose configuration is lost there is none; another group may find a repetition of it.
+      state.known = about.whole ? about.configuration : null;
       if (configuration) this.#setRungs(configuration);
       if (this.#source.rungs && this.#source.rungOf) {
         const { rung, reason } = this.#source.rungOf(configuration?.tracks.map(({ id }) => id) ?? []);

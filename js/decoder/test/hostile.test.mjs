@@ -74,6 +74,47 @@ test("an intact repetition of a lost configuration block serves the groups befor
   assert.deepEqual(late, good.slice(-late.length));
 });
 
+/** Offset, size and type of each chunk. */
+function* chunksOf(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  for (let at = 24; at < bytes.length;) {
+    const size = 32 + Math.ceil(Number(view.getBigUint64(at + 16, true)) / 8) * 8;
+    yield { at, end: at + size, type: String.fromCharCode(...bytes.subarray(at, at + 4)) };
+    at += size;
+  }
+}
+const vector = (name) => new Uint8Array(readFileSync(conformanceFiles().find((file) => file.endsWith(name))));
+
+test("a configuration that only the second group finds is reported before its frames", async () => {
+  const whole = vector("texturing/default.fvv");
+  const chunks = [...chunksOf(whole)];
+  const group = chunks.find(({ type }) => type === "GRUP");
+  const block = chunks.find(({ at, type }) => type === "SCEN" && at > group.at);
+  const part = ({ at, end }) => whole.subarray(at, end);
+  // The first group begins where the second block did, and has lost its own block.
+  const pieces = [whole.subarray(0, group.at), part(block), whole.subarray(group.end, block.at), part(group)];
+  const bytes = new Uint8Array(Buffer.concat([...pieces, whole.subarray(block.end)]));
+  const { reports } = await survive(bytes);
+  assert.ok(
+    reports.every((code) => ["corrupt", "gap", "warning"].includes(code)),
+    reports.join(" "),
+  );
+});
+
+test("sound comes after the configuration, also where damage comes first", async () => {
+  const whole = vector("audio/two_sounds.fvv");
+  const chunks = [...chunksOf(whole)];
+  const [begin] = chunks.filter(({ type }) => type === "GRUP");
+  const [end] = chunks.filter(({ type }) => type === "GEND");
+  const bytes = new Uint8Array(Buffer.concat([whole.subarray(0, begin.at), whole.subarray(end.end)]));
+  const decoder = await createDecoder({ source: bytes, audio: "packets", video: "samples" });
+  const configured = [];
+  decoder.addEventListener("sound", () => configured.push(decoder.configuration !== null));
+  for await (const frame of decoder) frame.close();
+  decoder.close();
+  assert.ok(configured.length > 0 && configured.every(Boolean));
+});
+
 test("the worker ends if a stream cannot be opened", async () => {
   const started = [];
   globalThis.Worker = class extends EventTarget {

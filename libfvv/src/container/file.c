@@ -240,6 +240,22 @@ static void count_frames(fvv_file *f) {
   }
 }
 
+/* Whether the scan found a group at another offset than the index states: bytes were added or lost before it.
+ * What was found has rising sequence numbers unless groups are out of order; then it may be missed. */
+static int is_found_elsewhere(const fvv_file *f, const fvv_group_info *listed) {
+  size_t low = 0, high = group_count(f);
+  while (low < high) {
+    const size_t middle = low + (high - low) / 2;
+    if (entry_at(f, middle)->group.sequence < listed->sequence)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  if (low == group_count(f)) return 0;
+  const fvv_group_info *found = &entry_at(f, low)->group;
+  return found->sequence == listed->sequence && found->start == listed->start && found->end == listed->end;
+}
+
 /* Groups that only the index lists: their GRUP was lost, their frames may still be there. */
 static fvv_status join_index(fvv_file *f, const fvv_bytes *index) {
   const fvv_index_entry *known = (const fvv_index_entry *)index->data;
@@ -256,7 +272,7 @@ static fvv_status join_index(fvv_file *f, const fvv_bytes *index) {
     } else {
       fvv_index_entry lost = known[k++];
       lost.group.intact = 0;
-      status = fvv_bytes_append(&joined, &lost, sizeof lost);
+      if (!is_found_elsewhere(f, &lost.group)) status = fvv_bytes_append(&joined, &lost, sizeof lost);
     }
   }
   fvv_bytes_free(&f->entries);

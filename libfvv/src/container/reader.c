@@ -220,6 +220,11 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     begin_scan(r, &loss, cut ? available(r) : 1);
     return FVV_OK;
   }
+  if (header.size >> 63) {
+    /* Where the next chunk would begin has no offset in 64 bits. */
+    const fvv_status status = fvv_header_check(&header, r->offset, &r->stop);
+    return stop(r, status, 0, 0, "");
+  }
   const uint64_t most = fvv_payload_limit(&r->sequence.limits, header.type);
   if (header.size > most) {
     fvv_fail(&r->stop, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header.type, r->offset,

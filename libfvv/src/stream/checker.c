@@ -638,8 +638,20 @@ static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int b
   return problem(c, &diagnostic);
 }
 
+/* The block is good without the sound, so that nothing else reports a codec that is not known. */
+static fvv_status judge_audio_codec(fvv_checker *c, const fvv_event *event) {
+  fvv_audio_config config;
+  fvv_diagnostic diagnostic = {0};
+  const fvv_status status =
+      fvv_audio_config_decode(&config, event->payload, (size_t)event->chunk.size, &c->limits, &diagnostic);
+  if (status != FVV_ERROR_UNSUPPORTED) return FVV_OK;
+  fvv_diagnostic_rebase(&diagnostic, event->offset + FVV_CHUNK_HEADER_SIZE, event->chunk.type);
+  return problem(c, &diagnostic);
+}
+
 static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_time) {
   c->summary.chunks++;
+  if (event->chunk.type == FVV_CHUNK_AUDIO_CONFIG) return judge_audio_codec(c, event);
   if (fvv_chunk_place(event->chunk.type, event->chunk.flags) == FVV_PLACE_FRAME)
     return take_frame_chunk(c, event, begins_time);
   if (event->chunk.type == FVV_CHUNK_SCENE) c->summary.configurations++;

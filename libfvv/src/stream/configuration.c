@@ -15,6 +15,7 @@ typedef struct tile_layout {
   uint16_t track;
   fvv_tile *tiles;
   size_t count;
+  uint64_t offset; /* of its payload in the stream */
 } tile_layout;
 
 #define COUNT(bytes, type) ((bytes).size / sizeof(type))
@@ -113,10 +114,25 @@ static fvv_status add_tiles(fvv_configuration_builder *b, uint16_t track, const 
                       "track %u has a second TILE", track);
   /* No more tiles than the payload has bytes for. */
   const size_t most = size / FVV_TILE_ENTRY_SIZE;
-  tile_layout layout = {track, keep(b, most * sizeof(fvv_tile)), 0};
+  tile_layout layout = {track, keep(b, most * sizeof(fvv_tile)), 0, 0};
   if (!layout.tiles) return FVV_ERROR_MEMORY;
   status = fvv_tiles_decode(layout.tiles, most, &layout.count, payload, size, &b->limits, diagnostic);
   return status < 0 ? status : fvv_bytes_append(&b->layouts, &layout, sizeof layout);
+}
+
+/* A tick of an audio track is a sample. */
+static fvv_status check_time_base(const fvv_configuration_builder *b, const fvv_audio_layout *sound,
+                                  fvv_diagnostic *diagnostic) {
+  const fvv_track *tracks = (const fvv_track *)b->tracks.data;
+  const uint32_t rate = fvv_audio_sample_rate(&sound->config);
+  for (size_t i = 0; i < COUNT(b->tracks, fvv_track); i++) {
+    const fvv_rational base = tracks[i].time_base;
+    if (tracks[i].id == sound->track && (base.numerator != 1 || base.denominator != rate))
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_AUDIO_RECORD, FVV_CHUNK_AUDIO_CONFIG,
+                      FVV_ACFG_SIZE, "time base of audio track %u is %u/%u, expected 1/%u", sound->track,
+                      base.numerator, base.denominator, rate);
+  }
+  return FVV_OK;
 }
 
 static fvv_status add_audio(fvv_configuration_builder *b, uint16_t track, const uint8_t *payload, size_t size,
@@ -133,7 +149,9 @@ static fvv_status add_audio(fvv_configuration_builder *b, uint16_t track, const 
   sound.track = track;
   fvv_status status = fvv_audio_config_decode(&sound.config, payload, size, &b->limits, diagnostic);
   /* The rest of the stream can be shown without the sound. */
+  const int known = status == FVV_OK;
   if (status == FVV_ERROR_UNSUPPORTED) status = FVV_OK;
+  if (known) status = check_time_base(b, &sound, diagnostic);
   return status < 0 ? status : fvv_bytes_append(&b->sounds, &sound, sizeof sound);
 }
 
@@ -198,6 +216,9 @@ fvv_status fvv_configuration_add(fvv_configuration_builder *builder, const fvv_c
   if (!copy) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, header->type, offset, "out of memory");
   if (header->size) memcpy(copy, payload, (size_t)header->size);
   const fvv_status status = add_chunk(builder, header, copy, diagnostic);
+  if (status >= 0 && header->type == FVV_CHUNK_TILES)
+    ((tile_layout *)(builder->layouts.data + builder->layouts.size) - 1)->offset =
+        offset + FVV_CHUNK_HEADER_SIZE;
   if (status < 0) {
     fvv_fail(diagnostic, status, 0, header->type, 0, "%s", fvv_status_text(status));
     fvv_diagnostic_rebase(diagnostic, offset + FVV_CHUNK_HEADER_SIZE, header->type);
@@ -231,10 +252,12 @@ static fvv_status complete_video(const fvv_configuration_builder *b, fvv_video_l
                                  fvv_diagnostic *diagnostic) {
   const fvv_configuration *view = &b->view;
   const tile_layout *layouts = (const tile_layout *)b->layouts.data;
+  uint64_t place = 0;
   for (size_t i = 0; i < COUNT(b->layouts, tile_layout); i++)
     if (layouts[i].track == video->track) {
       video->tiles = layouts[i].tiles;
       video->tile_count = layouts[i].count;
+      place = layouts[i].offset;
     }
   if ((video->config.shows == FVV_SHOWS_TILES) != (video->tile_count > 0))
     WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_VIDEO_CONFIG, "track %u %s", video->track,
@@ -242,7 +265,7 @@ static fvv_status complete_video(const fvv_configuration_builder *b, fvv_video_l
   if (!video->tile_count) return FVV_OK;
   const fvv_status status =
       fvv_configuration_check_tiles(view, video, video->tiles, video->tile_count, diagnostic);
-  if (status < 0 && diagnostic) diagnostic->offset = offset;
+  if (status < 0 && diagnostic) diagnostic->offset += place;
   return status;
 }
 
@@ -262,19 +285,10 @@ static fvv_status check_alternates(const fvv_configuration *view, uint64_t offse
   return FVV_OK;
 }
 
-/* A tick of an audio track is a sample. */
 static fvv_status check_audio(const fvv_configuration *view, uint64_t offset, fvv_diagnostic *diagnostic) {
-  for (size_t i = 0; i < view->track_count; i++) {
-    const fvv_track *track = &view->tracks[i];
-    if (track->kind != FVV_TRACK_AUDIO) continue;
-    const fvv_audio_config *config = fvv_configuration_audio(view, track->id);
-    if (!config) WRONG(CONFIGURATION_AUDIO, FVV_CHUNK_TRACK, "audio track %u has no ACFG", track->id);
-    const fvv_rational base = track->time_base;
-    if (!fvv_audio_codec_known(config->codec)) continue;
-    if (base.numerator != 1 || base.denominator != fvv_audio_sample_rate(config))
-      WRONG(AUDIO_RECORD, FVV_CHUNK_TRACK, "time base of audio track %u is %u/%u, expected 1/%u", track->id,
-            base.numerator, base.denominator, fvv_audio_sample_rate(config));
-  }
+  for (size_t i = 0; i < view->track_count; i++)
+    if (view->tracks[i].kind == FVV_TRACK_AUDIO && !fvv_configuration_audio(view, view->tracks[i].id))
+      WRONG(CONFIGURATION_AUDIO, FVV_CHUNK_TRACK, "audio track %u has no ACFG", view->tracks[i].id);
   return FVV_OK;
 }
 

@@ -1,0 +1,73 @@
+// Speaks the protocol of conformance/PROTOCOL.md for libfvv: requests on standard input, answers on standard
+// output.
+#include "report.h"
+
+#include "fvv/format.h"
+#include "fvv/types.h"
+
+#include <openssl/evp.h>
+
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+namespace {
+
+using nlohmann::json;
+
+std::vector<uint8_t> from_base64(const std::string &text) {
+  if (text.size() % 4) throw std::runtime_error("data: expected base64 with padding");
+  std::vector<uint8_t> out(text.size() / 4 * 3);
+  if (EVP_DecodeBlock(out.data(), reinterpret_cast<const unsigned char *>(text.data()), int(text.size())) < 0)
+    throw std::runtime_error("data: expected base64");
+  for (size_t i = 0; i < 2 && i < text.size() && text[text.size() - 1 - i] == '='; i++) out.pop_back();
+  return out;
+}
+
+std::vector<uint8_t> content_of(const json &request) {
+  if (request.contains("data")) return from_base64(request.at("data"));
+  const std::string path = request.at("path");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error(path + ": cannot be opened");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+json hello() {
+  const std::string format = std::to_string(FVV_FORMAT_MAJOR) + "." + std::to_string(FVV_FORMAT_MINOR);
+  return {
+      {"protocol", 1},
+      {"name", "libfvv"},
+      {"version", fvv_version()},
+      {"format", format},
+      {"parts",
+       {"check", "mesh", "camera", "visibility", "colours", "texturing", "video", "sound", "background"}}};
+}
+
+json answer(const json &request) {
+  const std::string op = request.at("op");
+  if (op == "hello") return hello();
+  if (op == "decode") return fvv::conformance::report(content_of(request), request.value("live", false));
+  throw std::runtime_error(op + ": no such operation");
+}
+
+} // namespace
+
+int main() {
+  std::ios::sync_with_stdio(false);
+  for (std::string line; std::getline(std::cin, line);) {
+    json id, out;
+    try {
+      const json request = json::parse(line);
+      if (request.contains("id")) id = request.at("id");
+      if (request.at("op") == "quit") return 0;
+      out = answer(request);
+    } catch (const std::exception &error) {
+      out = {{"error", error.what()}};
+    }
+    if (!id.is_null()) out["id"] = id;
+    std::cout << out.dump() << std::endl;
+  }
+  return 0;
+}

@@ -1,0 +1,28 @@
+"""The line protocol of ../PROTOCOL.md for a decoder in Python."""
+
+import base64
+import json
+import pathlib
+import sys
+
+
+def serve(hello, decode):
+    """hello: what the decoder says of itself. decode(bytes, live): a report."""
+    for line in sys.stdin:
+        request = json.loads(line)
+        if request["op"] == "quit":
+            break
+        try:
+            if request["op"] == "hello":
+                answer = {"protocol": 1, **hello}
+            else:
+                data = request.get("data")
+                content = (
+                    pathlib.Path(request["path"]).read_bytes() if data is None else base64.b64decode(data)
+                )
+                answer = decode(content, bool(request.get("live")))
+        except (KeyError, OSError, ValueError) as error:
+            answer = {"error": f"{type(error).__name__}: {error}"}
+        if "id" in request:
+            answer["id"] = request["id"]
+        print(json.dumps(answer), flush=True)

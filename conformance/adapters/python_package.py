@@ -1,0 +1,145 @@
+"""Speaks the protocol of ../PROTOCOL.md for the Python package fvv: clips with random access, and fvv.check.
+
+What the package does not give as it was sent is not claimed: encoded video, the packets that groups repeat, and texturing.
+"""
+
+import hashlib
+import struct
+
+import fvv
+import numpy
+from protocol import serve
+
+FILE_HEADER, CHUNK_HEADER = 24, 32
+PARTS = ["check", "mesh", "camera", "visibility", "colours", "background"]
+
+
+def sha256(array, kind=None):
+    data = array if kind is None else numpy.ascontiguousarray(array, kind).tobytes()
+    return hashlib.sha256(data).hexdigest()
+
+
+def mesh_arrays(track, mesh):
+    yield f"mesh/{track}/lattice", sha256(mesh.lattice, "<i4")
+    yield f"mesh/{track}/faces", sha256(mesh.indices, "<u4")
+    yield f"mesh/{track}/positions", sha256(mesh.positions, "<f4")
+    if mesh.uvs is not None:
+        yield f"mesh/{track}/uvs", sha256(mesh.uvs, "<f4")
+    if mesh.has_normals:
+        yield f"mesh/{track}/normals", sha256(mesh.normals, "<f4")
+    if mesh.colours is not None:
+        yield f"mesh/{track}/colours", sha256(mesh.colours, "u1")
+
+
+def camera_array(camera):
+    K = camera.K
+    numbers = [K[0, 0], K[1, 1], K[0, 2], K[1, 2], K[0, 1], *camera.distortion, camera.r_max]
+    return sha256(numpy.array([*numbers, *camera.R.ravel(), *camera.t]), "<f8")
+
+
+class Visibility:
+    """The visibility track of each mesh: the package has the weights of a mesh and a camera without it."""
+
+    def __init__(self, clip):
+        self._clip, self._at = clip, {}
+        chunks = clip.chunks()
+        for row in chunks[chunks["type"] == b"VISI"]:
+            head = clip.read_at(int(row["offset"]) + CHUNK_HEADER, 4)
+            (mesh_track,) = struct.unpack_from("<H", head, 2)
+            self._at.setdefault(int(row["time"]), []).append((int(row["track"]), mesh_track))
+        self._best = {track.id for track in clip.tracks if track.rank == 0}
+
+    def arrays(self, frame):
+        for track, mesh_track in self._at.get(frame.ticks, []):
+            for camera in frame.cameras if track in self._best else []:
+                weights = frame._load_visibility(mesh_track, camera)
+                if weights is not None:
+                    yield f"visibility/{track}/{camera}", sha256(weights, "u1")
+
+
+def frame_arrays(frame, visibility):
+    arrays = {}
+    for track, mesh in frame.meshes.items():
+        arrays.update(mesh_arrays(track, mesh))
+    for identifier, camera in frame.cameras.items():
+        arrays[f"camera/{identifier}"] = camera_array(camera)
+    arrays.update(visibility.arrays(frame))
+    return arrays
+
+
+def background_arrays(background):
+    for i, part in enumerate(background.parts):
+        yield f"part/{i}/positions", sha256(part.mesh.positions, "<f4")
+        yield f"part/{i}/faces", sha256(part.mesh.indices, "<u4")
+        if part.uvs is not None:
+            yield f"part/{i}/uvs", sha256(part.uvs, "<f4")
+    for i, picture in enumerate(background.pictures):
+        yield f"picture/{i}", sha256(picture)
+    for i, light in enumerate(background.lights):
+        numbers = [*light.position, *light.direction, *light.colour, light.intensity, light.range]
+        yield f"light/{i}", sha256(numpy.array([*numbers, light.inner_cone, light.outer_cone]), "<f8")
+
+
+def backgrounds(clip, frames):
+    """Those of the last frame. The package joins the environments of several tracks."""
+    tracks = [track.id for track in clip.tracks if track.kind == "background" and track.rank == 0]
+    if len(tracks) != 1 or not frames or (found := frames[-1].background) is None:
+        return {}
+    return {str(tracks[0]): dict(background_arrays(found))}
+
+
+def chunk_at(content, problem):
+    """Issues are reported where the chunk begins, also those of a place within its payload."""
+    at, before = FILE_HEADER, None
+    if problem.offset < FILE_HEADER:
+        return 0
+    is_payload = problem.issue >= 2000 and problem.issue != 7001
+    while at + CHUNK_HEADER <= len(content):
+        (size,) = struct.unpack_from("<Q", content, at + 16)
+        end = at + CHUNK_HEADER + (size + 7) // 8 * 8
+        kind = content[at : at + 4].decode("latin-1")
+        if problem.offset == at and is_payload and kind != problem.chunk and before is not None:
+            return before
+        if at <= problem.offset < end:
+            return at
+        at, before = end, at
+    return before if is_payload and problem.offset == at and before is not None else problem.offset
+
+
+def read(content):
+    """What a clip holds."""
+    with fvv.open(content) as clip:
+        visibility = Visibility(clip)
+        frames, intact = [], []
+        for frame in clip:
+            try:
+                frames.append({"time": frame.ticks, "arrays": frame_arrays(frame, visibility)})
+                intact.append(frame)
+            except fvv.Error:
+                continue
+        try:
+            background = backgrounds(clip, intact)
+        except fvv.Error:
+            background = {}
+        return {"frames": frames, "background": background}
+
+
+def report(content, live):
+    found = fvv.check(content)
+    issues = [(chunk_at(content, p), p.issue) for p in found.problems if p.issue is not None]
+    out = {
+        "status": "damaged" if found.problem_count else "whole",
+        "issues": [{"issue": f"FVV-{issue}", "offset": offset} for offset, issue in sorted(issues)],
+        "summary": {"groups": found.groups, "frames": found.frames, "ended": found.complete},
+    }
+    try:
+        out.update(read(content))
+    except fvv.Error:
+        out.update({"frames": [], "background": {}})
+        if found.problem_count:
+            out["status"] = "refused"
+    return out
+
+
+if __name__ == "__main__":
+    serve({"name": "fvv for Python", "version": fvv.__version__, "format": "0.2", "parts": PARTS}, report)

@@ -1,0 +1,144 @@
+"""Runs decoders over cases."""
+
+import concurrent.futures
+import time
+from typing import NamedTuple
+
+from . import FORMAT
+from .cases import TIERS
+from .compare import describe_differences
+from .decoder import Decoder
+
+
+class Outcome(NamedTuple):
+    """One decoder on one case. differences: none, they agree."""
+
+    case: str
+    seconds: float
+    differences: list
+
+
+class Tested(NamedTuple):
+    """One decoder on all cases."""
+
+    name: str
+    version: str
+    format: str
+    parts: list
+    outcomes: list
+
+    def counts(self, cases):
+        """(agreed, of) for each tier."""
+        bad = {outcome.case for outcome in self.outcomes if outcome.differences}
+        return {
+            tier: (
+                sum(case.tier == tier and case.name not in bad for case in cases),
+                sum(case.tier == tier for case in cases),
+            )
+            for tier in TIERS
+        }
+
+
+def ways_of(case, parts):
+    """The requests for a case: as a file, and pushed from front to back where the decoder can."""
+    yield {"path": str(case.path)}
+    if "live" in parts:
+        yield {"path": str(case.path), "live": True}
+
+
+def judge(case, answers, parts):
+    differences = []
+    for i, answer in enumerate(answers):
+        for line in describe_differences(case.tier, case.expected, answer, parts):
+            differences.append(f"live: {line}" if i else line)
+    return differences
+
+
+def test_cases(decoder, cases, on_step):
+    """Yields an Outcome for each case, in order."""
+    ways = [(case, way) for case in cases for way in ways_of(case, decoder.parts)]
+    answers = decoder.decode_all(way for _, way in ways)
+    start = time.monotonic()
+    for case in cases:
+        found = [next(answers) for _ in ways_of(case, decoder.parts)]
+        now = time.monotonic()
+        yield Outcome(case.name, now - start, judge(case, found, decoder.parts))
+        start = now
+        on_step()
+
+
+def slices(items, count):
+    """Every count-th item, count times: cases that take long are neighbours."""
+    return [items[i::count] for i in range(count)]
+
+
+def test_decoder(command, cases, jobs, timeout, on_step=lambda: None):
+    """cases are shared by jobs processes of the decoder."""
+    cases = list(cases)
+
+    def work(some):
+        with Decoder(command, timeout) as decoder:
+            return decoder, list(test_cases(decoder, some, on_step))
+
+    with concurrent.futures.ThreadPoolExecutor(max(jobs, 1)) as pool:
+        done = list(pool.map(work, slices(cases, max(1, min(jobs, len(cases))))))
+    decoder = done[0][0]
+    outcomes = {outcome.case: outcome for _, some in done for outcome in some}
+    ordered = [outcomes[case.name] for case in cases]
+    return Tested(decoder.name, decoder.version, decoder.format, sorted(decoder.parts), ordered)
+
+
+def with_distinct_names(tested):
+    """Two commands may run one program: the second is NAME 2."""
+    seen = {}
+    for one in tested:
+        seen[one.name] = seen.get(one.name, 0) + 1
+        yield one if seen[one.name] == 1 else one._replace(name=f"{one.name} {seen[one.name]}")
+
+
+def as_json(tested, cases):
+    """The result as plain values; version 1 of its form."""
+    agreed = sum(good for one in tested for good, _ in one.counts(cases).values())
+    total = sum(of for one in tested for _, of in one.counts(cases).values())
+    return {
+        "fvv_conformance": 1,
+        "format": FORMAT,
+        "cases": [
+            {
+                "name": case.name,
+                "tier": case.tier,
+                "title": case.about.get("title", ""),
+                "clauses": case.about.get("clauses", []),
+                "rules": case.about.get("rules", []),
+            }
+            for case in cases
+        ],
+        "decoders": [
+            {
+                "name": one.name,
+                "version": one.version,
+                "format": one.format,
+                "parts": one.parts,
+                "agreed": {
+                    tier: {"agreed": good, "of": of} for tier, (good, of) in one.counts(cases).items()
+                },
+                "seconds": round(sum(outcome.seconds for outcome in one.outcomes), 3),
+                "disagreements": [
+                    {"case": outcome.case, "differences": outcome.differences}
+                    for outcome in one.outcomes
+                    if outcome.differences
+                ],
+            }
+            for one in tested
+        ],
+        "figures": {
+            "conformance.valid": sum(case.tier != "faulty" for case in cases),
+            "conformance.faulty": sum(case.tier == "faulty" for case in cases),
+            "conformance.agreement_percent": percent(agreed, total),
+        },
+    }
+
+
+def percent(part, whole):
+    """Rounded down to two places: 100 is all of them."""
+    return 10000 * part // whole / 100 if whole else 0.0

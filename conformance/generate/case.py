@@ -1,0 +1,142 @@
+"""The list of cases, and their files: case.json, input.fvv and expected.json of each."""
+
+import json
+import pathlib
+import re
+from typing import NamedTuple
+
+from reference.container import DATA
+
+CASES = pathlib.Path(__file__).resolve().parent.parent / "cases"
+FORMAT = f"{DATA['format']['major']}.{DATA['format']['minor']}"
+MOST_BYTES = 65535  # of one input
+# Rules that make a reader stop: what was found before is all that there is. Others leave the rest usable.
+REFUSED = {1001, 1004, 1005, 1106, 1108}
+
+
+class Case(NamedTuple):
+    """make: returns a writer.Stream or bytes. refused: nothing after the fault is read, although the rule's number allows it."""
+
+    tier: str
+    name: str
+    title: str
+    clauses: tuple
+    rules: tuple
+    requirements: tuple
+    make: object
+    needs_check: bool = False
+    refused: bool = False
+    source: str = ""
+
+
+_cases = {}
+
+
+def add(case):
+    if not re.fullmatch(r"[a-z0-9_]+", case.name):
+        raise ValueError(f"{case.name}: not a name of lower-case letters, digits and _")
+    if (case.tier, case.name) in _cases:
+        raise ValueError(f"{case.tier}/{case.name} exists twice")
+    _cases[case.tier, case.name] = case
+
+
+def issue(number):
+    return f"FVV-{number}"
+
+
+def valid(name, title, clauses, make, *, uncommon=False, requirements=(), rules=(), source=""):
+    """A stream without fault. rules: those whose limit it reaches; requirements: those on programs that it shows."""
+    add(
+        Case(
+            "uncommon" if uncommon else "valid",
+            name,
+            title,
+            tuple(clauses.split()),
+            tuple(map(issue, rules)),
+            tuple(map(issue, requirements)),
+            make,
+            source=source,
+        )
+    )
+
+
+def faulty(name, title, clauses, make, *, needs_check=False, refused=False):
+    """A stream with one fault, which its writer.Stream states. needs_check: decoding alone does not meet it."""
+    add(
+        Case(
+            "faulty",
+            name,
+            title,
+            tuple(clauses.split()),
+            (),
+            (),
+            make,
+            needs_check=needs_check,
+            refused=refused,
+        )
+    )
+
+
+def all_cases():
+    from . import subjects  # here, since the subjects add their cases by this module
+
+    subjects.load()
+    return [_cases[key] for key in sorted(_cases)]
+
+
+def text(value):
+    return (json.dumps(value, indent=1, ensure_ascii=False) + "\n").encode()
+
+
+def description(case, fault):
+    """case.json."""
+    out = {"name": case.name, "title": case.title, "clauses": list(case.clauses)}
+    rules = [issue(fault[0])] if fault else list(case.rules)
+    if rules:
+        out["rules"] = rules
+    if case.requirements:
+        out["requirements"] = list(case.requirements)
+    if case.source:
+        out["source"] = case.source
+    return out | {"format": FORMAT}
+
+
+def expectation(case, data, fault):
+    """expected.json. What the stream holds comes from the reference decoder; status, issue and place from the writer."""
+    try:
+        from reference.decoder import report
+    except ImportError:  # it is being written
+        report = None
+    found = report(data) if report else {}
+    refused = bool(fault) and (case.refused or fault[0] in REFUSED)
+    out = {"status": "refused" if refused else "damaged" if fault else "whole"}
+    out["issues"] = [{"issue": issue(fault[0]), "offset": fault[1]}] if fault else []
+    if case.needs_check:
+        out["needs_check"] = True
+    out |= {part: found[part] for part in ("frames", "sounds", "background", "summary") if part in found}
+    return out
+
+
+def made(case):
+    """The input and (rule, offset) of its fault, or None."""
+    stream = case.make()
+    if isinstance(stream, bytes):
+        return stream, None
+    data = bytes(stream.out)
+    fault = (stream.issue, stream.offset) if stream.issue else None
+    if bool(fault) != (case.tier == "faulty"):
+        raise ValueError(f"{case.tier}/{case.name}: {'no' if not fault else 'a'} fault")
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"{case.tier}/{case.name} has {len(data)} bytes, more than {MOST_BYTES}")
+    return data, fault
+
+
+def files(case):
+    """The files of a case by path."""
+    data, fault = made(case)
+    folder = CASES / case.tier / case.name
+    return {
+        folder / "case.json": text(description(case, fault)),
+        folder / "input.fvv": data,
+        folder / "expected.json": text(expectation(case, data, fault)),
+    }

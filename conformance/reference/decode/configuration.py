@@ -1,0 +1,267 @@
+"""A configuration block: clauses 5, 9.2, 10.1, 10.2, 17.5 and 20.1 of spec/fvv.md."""
+
+import math
+import struct
+from fractions import Fraction
+
+from .. import texturing
+from ..container import Broken, crc32c, demand
+from .lens import Camera
+from .records import RECORDS, Video
+
+MESH, VIDEO, CALIBRATION, VISIBILITY, BACKGROUND, METADATA, AUDIO, COLOURS = range(1, 9)
+WITHOUT_TIME_BASE = (MESH, VIDEO, CALIBRATION, VISIBILITY, BACKGROUND, COLOURS)
+NAME_LIMIT, CAMERAS, TRACKS = 1 << 20, 1024, 256
+PLACED, MOVES = 1, 2
+AAC_RATES = (96000, 88200, 64000, 48000, 44100, 32000, 24000, 22050, 16000, 12000, 11025, 8000, 7350)
+
+
+def text(data):
+    """Clause 2.2."""
+    demand(len(data) <= NAME_LIMIT, 7001, f"a text of {len(data)} bytes")
+    try:
+        demand("\0" not in data.decode("utf-8"), 2104, "U+0000 in a text")
+    except UnicodeDecodeError as error:
+        raise Broken(2104, "no UTF-8") from error
+
+
+def lattice_is_valid(origin, step):
+    return 0 < step < math.inf and all(math.isfinite(abs(o) + step * 2.0**28) for o in origin)
+
+
+class TooMany(Broken):
+    """A block is beyond a limit of the reader, which stops."""
+
+
+class Scene:
+    def __init__(self, payload):
+        demand(len(payload) == 56, 2001, "size")
+        numerator, denominator, duration = struct.unpack_from("<IIq", payload)
+        *self.origin, self.step = struct.unpack_from("<4d", payload, 16)
+        demand(payload[49] < 2 and not any(payload[50:]), 2001, "flags or reserved bytes")
+        demand(numerator > 0 and denominator > 0 and duration > 0, 2002, "time base or frame duration")
+        demand(lattice_is_valid(self.origin, self.step), 2003, "lattice")
+        demand(payload[48] <= 6, 2004, f"up axis {payload[48]}")
+        self.tick = Fraction(numerator, denominator)
+        self.time_base, self.lattice = payload[:8], payload[16:48]
+
+
+class Track:
+    def __init__(self, identifier, payload):
+        demand(len(payload) >= 24, 2101, "size")
+        self.kind, reserved, name_size, numerator, denominator, self.group, self.rank = struct.unpack_from(
+            "<BBHIIHH", payload
+        )
+        demand(reserved == 0 and len(payload) == 24 + name_size, 2101, "size or reserved byte")
+        demand(identifier > 0, 2102, "track 0")
+        demand(self.kind > 0, 2103, "kind 0")
+        text(payload[24:])
+        demand((numerator == 0) == (denominator == 0), 2105, "half a time base")
+        demand(not numerator or self.kind not in WITHOUT_TIME_BASE, 2105, "a time base of its own")
+        demand(self.group or not self.rank, 2106, "a rank without an alternate group")
+        self.base = Fraction(numerator, denominator) if numerator else None
+
+
+class Tile:
+    """camera, source and destination of an entry."""
+
+    def __init__(self, entry):
+        self.camera, flags, *numbers, reserved = struct.unpack("<HH8HI", entry)
+        demand(flags == 0 and reserved == 0, 4101, "flags or reserved bytes")
+        self.source, self.destination = numbers[:4], numbers[4:]
+
+    def row(self):
+        return [self.camera, *self.source, *self.destination]
+
+
+def tiles(payload):
+    demand(len(payload) >= 8, 4101, "size")
+    count, reserved = struct.unpack_from("<II", payload)
+    demand(count > 0 and reserved == 0 and len(payload) == 8 + 24 * count, 4101, "size or reserved bytes")
+    return [Tile(payload[at : at + 24]) for at in range(8, len(payload), 24)]
+
+
+def overlap(a, b):
+    return all(a[i] < b[i] + b[i + 2] and b[i] < a[i] + a[i + 2] for i in (0, 1))
+
+
+def check_tiles(layout, video, cameras):
+    """FVV-4102 and 4103. cameras: by identifier."""
+    for tile in layout:
+        camera = cameras.get(tile.camera)
+        for (x, y, width, height), whole in (tile.source, camera), (tile.destination, video):
+            demand(width > 0 and height > 0, 4102, "an empty rectangle")
+            if whole:
+                demand(x + width <= whole.width and y + height <= whole.height, 4102, "a rectangle outside")
+        demand(not any(c % 16 for c in tile.destination[:2]), 4102, "an unaligned destination")
+    demand(len({tile.camera for tile in layout}) == len(layout), 4103, "two tiles of a camera")
+    for i, tile in enumerate(layout):
+        for other in layout[:i]:
+            demand(not overlap(tile.destination, other.destination), 4103, "destinations overlap")
+
+
+class Bits:
+    def __init__(self, data):
+        self.bits, self.left = int.from_bytes(data, "big"), 8 * len(data)
+
+    def take(self, count):
+        demand(count <= self.left, 4304, "the record is cut")
+        self.left -= count
+        return self.bits >> self.left & (1 << count) - 1
+
+
+def aac_record(record):
+    """Samples per second and channels of an AudioSpecificConfig of AAC-LC."""
+    bits = Bits(record)
+    demand(bits.take(5) == 2, 4304, "no AAC-LC")
+    index = bits.take(4)
+    demand(index < len(AAC_RATES) or index == 15, 4304, "sampling frequency")
+    rate = bits.take(24) if index == 15 else AAC_RATES[index]
+    channels = bits.take(4)
+    demand(0 < channels < 8, 4304, "channel configuration")
+    demand(bits.take(1) == 0, 4304, "frames of 960 samples")
+    return rate, 8 if channels == 7 else channels
+
+
+def opus_record(record):
+    demand(len(record) >= 19 and record[:8] == b"OpusHead" and record[8] < 16, 4304, "identification header")
+    channels, family = record[9], record[18]
+    demand(channels > 0, 4304, "no channels")
+    if family == 0:
+        demand(channels <= 2 and len(record) == 19, 4304, "mapping family 0")
+    else:
+        demand(len(record) == 21 + channels, 4304, "channel mapping table")
+        streams, coupled = record[19:21]
+        demand(streams > 0 and coupled <= streams and streams + coupled <= 255, 4304, "streams")
+        demand(all(c == 255 or c < streams + coupled for c in record[21:]), 4304, "channel mapping")
+    return 48000, channels
+
+
+class Audio:
+    def __init__(self, payload, track):
+        demand(len(payload) >= 48, 4301, "size")
+        self.codec, channels, self.flags, language, record, self.duration, _, reserved = struct.unpack_from(
+            "<4sBBHIIII", payload
+        )
+        position = struct.unpack_from("<3d", payload, 24)
+        demand(len(payload) == 48 + record + language, 4301, "size")
+        demand(reserved == 0 and self.flags < 4, 4301, "reserved bits")
+        text(payload[48 + record :])
+        self.known = self.codec in (b"opus", b"mp4a")
+        demand(1 <= channels <= 8 and self.duration > 0, 4303, "channels or packet duration")
+        demand(self.flags != MOVES and all(map(math.isfinite, position)), 4303, "flags or position")
+        demand(self.flags & PLACED or not any(position), 4303, "a position without the flag")
+        if not self.known:
+            return
+        opus = self.codec == b"opus"
+        valid = self.duration % 120 == 0 and self.duration <= 5760 if opus else self.duration == 1024
+        demand(valid, 4303, f"packets of {self.duration} samples")
+        rate, found = (opus_record if opus else aac_record)(payload[48 : 48 + record])
+        demand(found == channels, 4304, f"{found} channels in the record")
+        demand(track.base == Fraction(1, rate), 4304, "time base of the track")
+        self.rate = rate
+
+
+class Block:
+    """A configuration block, chunk by chunk. valid: no rule is broken so far; complete: nothing was lost; names: TRAK is over."""
+
+    def __init__(self, offset):
+        self.offset, self.covered, self.valid, self.complete, self.names = offset, [], True, True, False
+        self.scene, self.texturing = None, None
+        self.tracks, self.cameras, self.videos, self.layouts, self.audios = {}, {}, {}, {}, {}
+        self.layout_offsets, self.at = {}, offset
+        self.broken_tracks = set()  # of a codec that is not known
+
+    def digest(self):
+        return crc32c(b"".join(self.covered))
+
+    def add(self, chunk, first):
+        """Reads a chunk. first: the scene of the stream, or None."""
+        self.covered.append(chunk.covered)
+        name = chunk.kind.decode("ascii", "replace")
+        if hasattr(self, "_" + name):
+            getattr(self, "_" + name)(chunk, first)
+
+    def _SCEN(self, chunk, first):
+        self.scene = Scene(chunk.payload)
+        if first:
+            demand(self.scene.time_base == first.time_base, 2002, "another time base than before")
+            demand(self.scene.lattice == first.lattice, 2003, "another lattice than before")
+
+    def _room(self, table, most):
+        if len(table) >= most:
+            raise TooMany(7001, f"more than {most} of one kind")
+
+    def _TRAK(self, chunk, first):
+        self._room(self.tracks, TRACKS)
+        track = Track(chunk.track, chunk.payload)
+        demand(chunk.track not in self.tracks, 2102, f"track {chunk.track} twice")
+        self.tracks[chunk.track] = track
+
+    def _META(self, chunk, first):
+        text(chunk.payload)
+
+    def _CAMR(self, chunk, first):
+        self._room(self.cameras, CAMERAS)
+        camera = Camera(chunk.payload, text)
+        demand(camera.id not in self.cameras, 2203, f"camera {camera.id} twice")
+        self.cameras[camera.id] = camera
+
+    def _declared(self, chunk, kind, issue, there):
+        track = self.tracks.get(chunk.track)
+        demand(track and track.kind == kind and chunk.track not in there, issue, f"track {chunk.track}")
+        return track
+
+    def _VCFG(self, chunk, first):
+        self._declared(chunk, VIDEO, 2201, self.videos)
+        video = self.videos[chunk.track] = Video(chunk.payload, text)
+        if not video.known:
+            self.broken_tracks.add(chunk.track)
+            raise Broken(4002, f"codec {video.codec}")
+        RECORDS[video.codec](video.record, video.string, video.depth)
+
+    def _TILE(self, chunk, first):
+        self._declared(chunk, VIDEO, 2201, self.layouts)
+        self.layout_offsets[chunk.track] = chunk.offset
+        self.layouts[chunk.track] = layout = tiles(chunk.payload)
+        check_tiles(layout, self.videos.get(chunk.track), self.cameras)
+
+    def _ACFG(self, chunk, first):
+        track = self._declared(chunk, AUDIO, 2205, self.audios)
+        audio = self.audios[chunk.track] = Audio(chunk.payload, track)
+        if not audio.known:
+            self.broken_tracks.add(chunk.track)
+            raise Broken(4302, f"codec {audio.codec}")
+
+    def _TEXR(self, chunk, first):
+        constants = texturing.decode(chunk.payload)
+        demand(self.texturing is None, 6101, "a second TEXR")
+        self.texturing = constants
+
+    def finish(self):
+        """The rules about the whole block. What is missing is at SCEN, the rest at the TILE; `at` says where."""
+        self.at = self.offset
+        ranks = {}
+        for identifier, track in self.tracks.items():
+            if track.group:
+                kind, taken = ranks.setdefault(track.group, (track.kind, set()))
+                demand(kind == track.kind and track.rank not in taken, 2106, f"track {identifier}")
+                taken.add(track.rank)
+            if track.kind == VIDEO:
+                demand(identifier in self.videos, 2202, f"video track {identifier} without VCFG")
+                shows = self.videos[identifier].tiles
+                demand(shows == (identifier in self.layouts), 2202, f"TILE of track {identifier}")
+            if track.kind == AUDIO:
+                demand(identifier in self.audios, 2205, f"audio track {identifier} without ACFG")
+        for identifier, layout in self.layouts.items():
+            self.at = self.layout_offsets[identifier]
+            for tile in layout:
+                demand(tile.camera in self.cameras, 2203, f"camera {tile.camera} of a tile")
+            check_tiles(layout, self.videos[identifier], self.cameras)
+        self.at = self.offset
+        moving = any(camera.moves for camera in self.cameras.values())
+        count = sum(track.kind == CALIBRATION for track in self.tracks.values())
+        demand(count == moving, 2204, f"{count} calibration tracks")
+
+    def rank(self, track):
+        return self.tracks[track].rank

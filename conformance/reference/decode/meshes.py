@@ -1,0 +1,191 @@
+"""Meshes of all profiles, with the rules of clause 8 of spec/fvv.md. Arrays are numpy's."""
+
+import struct
+
+import numpy
+
+from .. import mesh_delta, mesh_fast, normals
+from ..container import demand
+from . import draco
+
+RAW, DRACO, DELTA, FAST = 0, 1, 2, 4
+TEXTURE, NORMALS = 1, 2
+VERTICES, FACES = 4_194_304, 8_388_608
+LATTICE_MAX = 1 << 28
+
+
+class Header:
+    """The header of a MESH payload; the rules that need nothing else."""
+
+    def __init__(self, payload):
+        demand(len(payload) >= 16, 3001, "size")
+        (
+            self.profile,
+            self.attributes,
+            self.texture_bits,
+            self.normal_bits,
+            self.vertices,
+            self.faces,
+            rest,
+        ) = struct.unpack_from("<4B3I", payload)
+        demand(rest == 0, 3001, "reserved field")
+        demand(self.profile in (RAW, DRACO, DELTA, FAST), 3002, f"profile {self.profile}")
+        demand(self.attributes < 4, 3002, f"attributes {self.attributes}")
+        demand(self.vertices <= VERTICES and self.faces <= FACES, 7001, "too large a mesh")
+        demand(self.vertices >= 3 and self.faces >= 1, 3003, f"{self.vertices} vertices, {self.faces} faces")
+        bits, there = self.texture_bits, self.attributes & TEXTURE
+        demand(1 <= bits <= 16 if there else bits == 0, 3014, f"{bits} texture bits")
+        bits, there = self.normal_bits, self.attributes & NORMALS
+        demand(2 <= bits <= 12 if there else bits == 0, 3030, f"{bits} normal bits")
+
+    def same(self, other):
+        mine, others = (
+            (h.attributes, h.texture_bits, h.normal_bits, h.vertices, h.faces) for h in (self, other)
+        )
+        return mine == others
+
+
+class Mesh:
+    """positions, faces: rows of three; texture, normals: rows of two indices, or None."""
+
+    def __init__(self, header, positions, faces, texture=None, normals=None):
+        self.header, self.texture_bits, self.normal_bits = header, header.texture_bits, header.normal_bits
+        self.positions, self.faces = positions, faces
+        self.texture = texture if header.attributes & TEXTURE else None
+        self.normals = normals if header.attributes & NORMALS else None
+
+    def check(self):
+        """The rules for every decoded mesh that is independent of others."""
+        faces, count = self.faces, len(self.positions)
+        demand(int(faces.max()) < count, 3005, "an index beyond the vertices")
+        a, b, c = faces.T
+        demand(not ((a == b) | (b == c) | (a == c)).any(), 3005, "a face with the same vertex twice")
+        demand(bool(numpy.bincount(faces.ravel(), minlength=count).all()), 3011, "a vertex without a face")
+        demand(int(abs(self.positions).max()) <= LATTICE_MAX, 3006, "a position outside the lattice")
+        if self.texture is not None:
+            inside = (self.texture >= 0).all() and (self.texture <= 1 << self.texture_bits).all()
+            demand(bool(inside), 3015, "a texture index")
+        if self.normals is not None:
+            inside = (self.normals >= 0).all() and (self.normals <= (1 << self.normal_bits) - 2).all()
+            demand(bool(inside), 3031, "a normal index")
+
+    def metres(self, origin, step):
+        """Clause 8.2: binary64, each operation rounded, then binary32."""
+        with numpy.errstate(over="ignore"):  # beyond binary32: infinite
+            return (numpy.array(origin) + step * self.positions.astype(numpy.float64)).astype("<f4")
+
+    def coordinates(self):
+        return (self.texture * 2.0**-self.texture_bits).astype("<f4")
+
+    def directions(self):
+        """Clause 8.13: the normals that are sent."""
+        known = {}
+        for pair in map(tuple, self.normals.tolist()):
+            if pair not in known:
+                known[pair] = normals.sent(self.normal_bits, pair)
+        return numpy.array([known[pair] for pair in map(tuple, self.normals.tolist())]).astype("<f4")
+
+
+def table(payload, at, count, width, kind):
+    return numpy.frombuffer(payload, kind, count * width, at).reshape(count, width).astype(numpy.int64)
+
+
+def raw(header, payload):
+    at, pairs = 16 + 12 * header.vertices, [None, None]
+    pair_count = bin(header.attributes).count("1")
+    size = at + 8 * pair_count * header.vertices + 12 * header.faces
+    demand(len(payload) == size, 3004, f"{len(payload)} bytes, expected {size}")
+    for i, attribute in enumerate((TEXTURE, NORMALS)):
+        if header.attributes & attribute:
+            pairs[i] = table(payload, at, header.vertices, 2, "<u4")
+            at += 8 * header.vertices
+    positions = table(payload, 16, header.vertices, 3, "<i4")
+    return Mesh(header, positions, table(payload, at, header.faces, 3, "<u4"), *pairs)
+
+
+def fast(header, payload):
+    vertices, faces = mesh_fast.streams(payload)
+    rows = b"".join(vertices.elements)
+    width = len(rows) // 4 // header.vertices
+    elements = numpy.frombuffer(rows, "<u4").reshape(header.vertices, width)
+    positions = elements[:, :3].astype("<u4").view("<i4").astype(numpy.int64)
+    pairs, at = [None, None], 3
+    for i, attribute in enumerate((TEXTURE, NORMALS)):
+        if header.attributes & attribute:
+            pairs[i], at = elements[:, at : at + 2].astype(numpy.int64), at + 2
+    return Mesh(header, positions, numpy.array(faces.faces, numpy.int64), *pairs)
+
+
+def coded(header, payload):
+    values, faces = draco.decode(payload[16:], header)
+    pairs = [None, None]
+    rest = list(values[1:])
+    for i, attribute in enumerate((TEXTURE, NORMALS)):
+        if header.attributes & attribute:
+            pairs[i] = rest.pop(0)
+    return Mesh(header, values[0], faces, *pairs)
+
+
+def independent(header, payload):
+    """The Mesh of a payload of profile 0, 1 or 4."""
+    mesh = {RAW: raw, DRACO: coded, FAST: fast}[header.profile](header, payload)
+    mesh.check()
+    return mesh
+
+
+class Sequence:
+    """A key mesh and the delta frames after it, on one track."""
+
+    def __init__(self, key):
+        self.key, self.delta, self.own_normals, self.mesh = key, None, None, key
+
+    def _start(self):
+        self.lists = self.key.positions.tolist(), [tuple(f) for f in self.key.faces.tolist()]
+
+        class Key:
+            positions, faces = self.lists
+
+        self.delta = mesh_delta.Sequence(Key)
+
+    def add(self, header, payload):
+        demand(header.same(self.key.header), 3018, "header of a delta frame")
+        if not self.delta:
+            self._start()
+        self.delta.add(payload)
+        positions = numpy.array(self.delta.positions(), numpy.int64)
+        turned = self._normals(positions.tolist()) if self.key.normals is not None else None
+        self.mesh = Mesh(self.key.header, positions, self.key.faces, self.key.texture, turned)
+
+    def _normals(self, positions):
+        faces = self.lists[1]
+        if self.own_normals is None:
+            self.own_normals = normals.computed(self.lists[0], faces, joined=False)
+        after = normals.computed(positions, faces, joined=False)
+        rows = zip(map(tuple, self.key.normals.tolist()), self.own_normals, after)
+        return numpy.array([normals.turned(self.key.normal_bits, *row) for row in rows], numpy.int64)
+
+
+class Track:
+    """A mesh track in one group."""
+
+    def __init__(self):
+        self.first, self.sequence, self.time = None, None, None
+
+    def add(self, chunk, key):
+        """Decodes a MESH chunk. Returns False if it follows a lost frame and cannot be decoded."""
+        sequence, self.sequence, self.time = self.sequence, None, chunk.time
+        header = Header(chunk.payload)
+        demand((header.profile != DELTA) == key, 3017, f"profile {header.profile}, key flag {key}")
+        first = self.first or header
+        if header.profile == DELTA:
+            demand(first.texture_bits == header.texture_bits, 3016, "texture bits differ in the group")
+            if sequence is None:
+                return False
+            sequence.add(header, chunk.payload)
+            self.sequence = sequence
+            return True
+        mesh = independent(header, chunk.payload)
+        demand(first.texture_bits == header.texture_bits, 3016, "texture bits differ in the group")
+        demand(first.normal_bits == header.normal_bits, 3032, "normal bits differ in the group")
+        self.first, self.sequence = first, Sequence(mesh)
+        return True
