@@ -16,11 +16,12 @@ ROOT = HERE.parent.parent
 BUILD = ROOT / "build/fuzz"
 CORPUS = ROOT / "build/fuzz-corpus"  # what runs found; kept between runs
 SEEDS = ROOT / "build/fuzz-seeds"
+TOTALS = ROOT / "build/fuzz-totals.json"  # executions of all runs so far
 CRASHES = HERE / "crashes"
 # Time and memory that an input may take under sanitizers, which are some 5 and 3 times slower and larger than a release build.
 SECONDS_PER_INPUT = 10
 MEBIBYTES = 2048
-LONGEST = 16 << 10
+LONGEST = 8 << 10
 # Targets that start a process for each input would measure the start; these have programs of their own.
 SCRIPTS = {
     "python": [sys.executable, HERE / "fuzz_bindings.py"],
@@ -176,12 +177,16 @@ def fuzz(options):
         targets = options.target
     else:
         print("\n".join(missing))
-    print(f"{'target':<16} {'executions':>12} {'new units':>10} {'crashes':>8}")
+    print(f"{'target':<16} {'executions':>12} {'in all':>12} {'new units':>10} {'crashes':>8}")
     results = []
+    totals = json.loads(TOTALS.read_text()) if TOTALS.exists() else {}
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for result in pool.map(lambda t: run_target(t, options.seconds), targets):
             results.append(result)
-            print("{target:<16} {executions:>12,} {new:>10,} {crashes:>8}".format(**result), flush=True)
+            totals[result["target"]] = totals.get(result["target"], 0) + result["executions"]
+            TOTALS.write_text(json.dumps(totals, indent=1))
+            total = totals[result["target"]]
+            print(f"{result['target']:<16} {result['executions']:>12,} {total:>12,} {result['new']:>10,} {result['crashes']:>8}", flush=True)
     executions, crashes = sum(r["executions"] for r in results), sum(r["crashes"] for r in results)
     print(f"fuzz.targets {len(results)}, fuzz.executions {executions:,}, fuzz.crashes {crashes}")
     for result in results:
