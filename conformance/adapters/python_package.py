@@ -92,14 +92,16 @@ def chunk_at(content, problem):
     """Issues are reported where the chunk begins, also those of a place within its payload."""
     at, before = FILE_HEADER, None
     if problem.offset < FILE_HEADER:
-        return 0
+        return problem.offset if problem.issue == 1005 else 0
     is_payload = problem.issue >= 2000 and problem.issue != 7001
     while at + CHUNK_HEADER <= len(content):
         (size,) = struct.unpack_from("<Q", content, at + 16)
         end = at + CHUNK_HEADER + (size + 7) // 8 * 8
         kind = content[at : at + 4].decode("latin-1")
-        if problem.offset == at and is_payload and kind != problem.chunk and before is not None:
-            return before
+        if problem.offset == at and is_payload and before is not None:
+            former = content[before : before + 4].decode("latin-1")
+            if kind != problem.chunk or former == problem.chunk:
+                return before
         if at <= problem.offset < end:
             return at
         at, before = end, at

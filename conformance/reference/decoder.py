@@ -36,6 +36,8 @@ class Refused(Exception):
 class Reader:
     """Reads one stream. place: start, configuration, group, between, index, end, or lost where damage hides it."""
 
+    group_type = Group
+
     def __init__(self, data, blocks):
         self.data = data
         self.issues, self.refused = [], False
@@ -209,6 +211,7 @@ class Reader:
             elif kind == b"INDX":
                 self.close_block()
                 self.place, self.index = "index", None if broken else chunk
+                self.indexed = not broken
                 self.check_index(chunk)
             elif kind == b"FOOT":
                 self.place = "end"
@@ -271,9 +274,9 @@ class Reader:
         demand(len(chunk.payload) == 24, 1204, "size of GRUP")
         sequence, digest, start, end = struct.unpack("<IIqq", chunk.payload)
         known = self.blocks.get(digest)
-        group = self.group = Group(chunk, known)
+        group = self.group = self.group_type(chunk, known)
         self.place = "group"
-        group.at_block = self.block
+        group.at_block, group.run = self.block, self.run[0]
         if broken:
             group.damage()
         loss, self.loss = self.loss, False
@@ -381,7 +384,6 @@ class Reader:
         demand(size == chunk.end, 1302, f"size of the stream {size}")
         if self.index:
             demand((offset, crc) == (self.index.offset, self.index.crc), 1302, "INDX in FOOT")
-            self.indexed = True
 
     def finish(self):
         if self.place == "group" and not self.suppressed:
@@ -390,15 +392,13 @@ class Reader:
         self.close_block()
 
     def results(self):
-        frames, sounds, backgrounds = [], {}, {}
+        frames, sounds = [], {}
         for group in self.groups:
             if group.block is None:
                 continue
             frames += [{"time": time, "arrays": arrays} for time, arrays in group.whole()]
             for track, packets in group.sounds:
                 sounds.setdefault(track, []).append(packets)
-            for track, background in group.backgrounds.items():
-                backgrounds[str(track)] = {name: sha256(data) for name, data in background.arrays()}
         return {
             "status": "refused" if self.refused else "damaged" if self.issues else "whole",
             "issues": [
@@ -407,16 +407,25 @@ class Reader:
             ],
             "frames": frames,
             "sounds": {
-                str(track): {
-                    "packets": sum(packets.count for packets in parts),
-                    "start": parts[0].start,
-                    "sha256": sha256(b"".join(packets.data for packets in parts)),
-                }
+                str(track): {**sound_of(parts), "chunks": [sound_of([part]) for part in parts]}
                 for track, parts in sorted(sounds.items())
             },
-            "background": backgrounds,
+            "background": self.background(),
             "summary": self.summary(),
         }
+
+    def background(self):
+        """Clause 18.5: the environment of the last group, found as a reader with an index finds it."""
+        groups = [group for group in self.groups if group.block]
+        if not groups:
+            return {}
+        last, out = groups[-1], {}
+        of_block = next(group for group in groups if group.at_block is last.at_block)
+        of_run = next(group for group in groups if group.run == last.run)
+        for group in of_run, of_block, last:
+            for track, background in group.backgrounds.items():
+                out[str(track)] = {name: sha256(data) for name, data in background.arrays()}
+        return out
 
     def summary(self):
         block = self.block
@@ -437,6 +446,14 @@ class Reader:
         }
 
 
+def sound_of(parts):
+    return {
+        "packets": sum(packets.count for packets in parts),
+        "start": parts[0].start,
+        "sha256": sha256(b"".join(packets.data for packets in parts)),
+    }
+
+
 def report(data, live=False):
     """The decode report of a stream. live: nothing that comes later serves what came before."""
     reader = read(bytes(data), {})
@@ -445,9 +462,9 @@ def report(data, live=False):
     return reader.results()
 
 
-def read(data, blocks):
+def read(data, blocks, reader_type=Reader):
     """A Reader that has read a stream. blocks: configuration blocks by digest that are known before."""
-    reader = Reader(data, blocks)
+    reader = reader_type(data, blocks)
     try:
         reader.run_through()
     except Refused:
