@@ -186,7 +186,10 @@ def fuzz(options):
             totals[result["target"]] = totals.get(result["target"], 0) + result["executions"]
             TOTALS.write_text(json.dumps(totals, indent=1))
             total = totals[result["target"]]
-            print(f"{result['target']:<16} {result['executions']:>12,} {total:>12,} {result['new']:>10,} {result['crashes']:>8}", flush=True)
+            print(
+                f"{result['target']:<16} {result['executions']:>12,} {total:>12,} {result['new']:>10,} {result['crashes']:>8}",
+                flush=True,
+            )
     executions, crashes = sum(r["executions"] for r in results), sum(r["crashes"] for r in results)
     print(f"fuzz.targets {len(results)}, fuzz.executions {executions:,}, fuzz.crashes {crashes}")
     for result in results:

@@ -34,7 +34,8 @@ Outcome read(const uint8_t *data, size_t size, fuzz::Random *split, bool join) {
   fuzz::expect(fvv_reader_create(nullptr, nullptr, 0, &reader) == FVV_OK, "a reader is created");
   if (join) fuzz::expect(fvv_reader_join(reader) == FVV_OK, "a new reader joins");
   // Byte by byte if it is short, in small portions or in large ones.
-  const uint32_t mosts[] = {1, 40, 700, 9000}, most = split ? mosts[size < 1000 ? split->below(4) : 1 + split->below(3)] : 0;
+  const uint32_t mosts[] = {1, 40, 700, 9000},
+                 most = split ? mosts[size < 1000 ? split->below(4) : 1 + split->below(3)] : 0;
   size_t at = 0;
   for (;;) {
     fvv_event event;

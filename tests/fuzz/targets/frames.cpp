@@ -35,7 +35,8 @@ void note(Outcome &outcome, const fvv_frames_event &event) {
 Outcome read(fvv_frames *frames, const uint8_t *data, size_t size, fuzz::Random *split) {
   Outcome outcome;
   // Byte by byte if it is short, in small portions or in large ones.
-  const uint32_t mosts[] = {1, 40, 700, 9000}, most = split ? mosts[size < 1000 ? split->below(4) : 1 + split->below(3)] : 0;
+  const uint32_t mosts[] = {1, 40, 700, 9000},
+                 most = split ? mosts[size < 1000 ? split->below(4) : 1 + split->below(3)] : 0;
   size_t at = 0;
   bool finished = false;
   for (;;) {
