@@ -45,7 +45,7 @@ def llvm(tool):
     return found
 
 
-def build(preset, *targets):
+def build(preset, *targets, core=False):
     environment = dict(os.environ)
     environment["CC"], environment["CXX"] = clang()
     log = ROOT / f"build/build-{preset}.log"
@@ -53,7 +53,13 @@ def build(preset, *targets):
     print(f"fuzz.py: building ({preset})", flush=True)
     with log.open("w") as out:
         for command in (
-            ["cmake", "--preset", preset, "-DCMAKE_UNITY_BUILD=OFF"],
+            [
+                "cmake",
+                "--preset",
+                preset,
+                "-DCMAKE_UNITY_BUILD=OFF",
+                *(f"-DFVV_{x}={'OFF' if core else 'ON'}" for x in ("TOOLS", "MEDIA")),
+            ],
             ["cmake", "--build", f"build/{preset}", "--target", *targets],
         ):
             if subprocess.run(command, cwd=ROOT, env=environment, stdout=out, stderr=out).returncode:
@@ -225,13 +231,15 @@ PARTS = {
 
 def coverage(options):
     """Runs all inputs of the seeds, corpora and crashes without libFuzzer and counts the lines that they reach."""
-    build("fuzz", "fuzz_targets", "fuzz_replay", "fuzz_seeds")
-    make_seeds()
-    build("fuzz-coverage", "fuzz_replay")
+    build("fuzz-coverage", "fuzz_replay", core=options.core)
     program = ROOT / "build/fuzz-coverage/tests/fuzz/fuzz_replay"
     raw = ROOT / "build/fuzz-coverage/raw"
     shutil.rmtree(raw, ignore_errors=True)
     raw.mkdir(parents=True)
+    if not SEEDS.exists():
+        build("fuzz", "fuzz_seeds", core=options.core)
+        make_seeds()
+    listed = subprocess.run([program, "--list"], capture_output=True, text=True, check=True)
 
     def replay(target):
         folders = [f / target for f in (SEEDS, CORPUS, CRASHES) if (f / target).is_dir()]
@@ -244,7 +252,7 @@ def coverage(options):
         print(f"{target:<16} {done.stdout.strip()}", flush=True)
 
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        list(pool.map(replay, native_targets()))
+        list(pool.map(replay, listed.stdout.split()))
     profile = raw / "all.profdata"
     subprocess.run(
         [llvm("llvm-profdata"), "merge", "-sparse", "-o", profile, *raw.glob("*.profraw")], check=True
@@ -282,6 +290,9 @@ def main():
     parser.add_argument("target", nargs="*", help="targets; default all")
     parser.add_argument(
         "--coverage", action="store_true", help="measure the lines that seeds and corpora reach instead"
+    )
+    parser.add_argument(
+        "--core", action="store_true", help="with --coverage: only libfvv, which builds in a minute"
     )
     parser.add_argument("--files", action="store_true", help="with --coverage: each source file too")
     parser.add_argument("--jobs", type=int, default=2, help="targets at a time; default 2")
