@@ -16,11 +16,12 @@ ROOT = HERE.parent.parent
 BUILD = ROOT / "build/fuzz"
 CORPUS = ROOT / "build/fuzz-corpus"  # what runs found; kept between runs
 SEEDS = ROOT / "build/fuzz-seeds"
+TOTALS = ROOT / "build/fuzz-totals.json"  # executions of all runs so far
 CRASHES = HERE / "crashes"
 # Time and memory that an input may take under sanitizers, which are some 5 and 3 times slower and larger than a release build.
 SECONDS_PER_INPUT = 10
 MEBIBYTES = 2048
-LONGEST = 16 << 10
+LONGEST = 8 << 10
 # Targets that start a process for each input would measure the start; these have programs of their own.
 SCRIPTS = {
     "python": [sys.executable, HERE / "fuzz_bindings.py"],
@@ -44,7 +45,7 @@ def llvm(tool):
     return found
 
 
-def build(preset, *targets):
+def build(preset, *targets, core=False):
     environment = dict(os.environ)
     environment["CC"], environment["CXX"] = clang()
     log = ROOT / f"build/build-{preset}.log"
@@ -52,7 +53,13 @@ def build(preset, *targets):
     print(f"fuzz.py: building ({preset})", flush=True)
     with log.open("w") as out:
         for command in (
-            ["cmake", "--preset", preset, "-DCMAKE_UNITY_BUILD=OFF"],
+            [
+                "cmake",
+                "--preset",
+                preset,
+                "-DCMAKE_UNITY_BUILD=OFF",
+                *(f"-DFVV_{x}={'OFF' if core else 'ON'}" for x in ("TOOLS", "MEDIA")),
+            ],
             ["cmake", "--build", f"build/{preset}", "--target", *targets],
         ):
             if subprocess.run(command, cwd=ROOT, env=environment, stdout=out, stderr=out).returncode:
@@ -176,12 +183,19 @@ def fuzz(options):
         targets = options.target
     else:
         print("\n".join(missing))
-    print(f"{'target':<16} {'executions':>12} {'new units':>10} {'crashes':>8}")
+    print(f"{'target':<16} {'executions':>12} {'in all':>12} {'new units':>10} {'crashes':>8}")
     results = []
+    totals = json.loads(TOTALS.read_text()) if TOTALS.exists() else {}
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         for result in pool.map(lambda t: run_target(t, options.seconds), targets):
             results.append(result)
-            print("{target:<16} {executions:>12,} {new:>10,} {crashes:>8}".format(**result), flush=True)
+            totals[result["target"]] = totals.get(result["target"], 0) + result["executions"]
+            TOTALS.write_text(json.dumps(totals, indent=1))
+            total = totals[result["target"]]
+            print(
+                f"{result['target']:<16} {result['executions']:>12,} {total:>12,} {result['new']:>10,} {result['crashes']:>8}",
+                flush=True,
+            )
     executions, crashes = sum(r["executions"] for r in results), sum(r["crashes"] for r in results)
     print(f"fuzz.targets {len(results)}, fuzz.executions {executions:,}, fuzz.crashes {crashes}")
     for result in results:
@@ -217,13 +231,15 @@ PARTS = {
 
 def coverage(options):
     """Runs all inputs of the seeds, corpora and crashes without libFuzzer and counts the lines that they reach."""
-    build("fuzz", "fuzz_targets", "fuzz_replay", "fuzz_seeds")
-    make_seeds()
-    build("fuzz-coverage", "fuzz_replay")
+    build("fuzz-coverage", "fuzz_replay", core=options.core)
     program = ROOT / "build/fuzz-coverage/tests/fuzz/fuzz_replay"
     raw = ROOT / "build/fuzz-coverage/raw"
     shutil.rmtree(raw, ignore_errors=True)
     raw.mkdir(parents=True)
+    if not SEEDS.exists():
+        build("fuzz", "fuzz_seeds", core=options.core)
+        make_seeds()
+    listed = subprocess.run([program, "--list"], capture_output=True, text=True, check=True)
 
     def replay(target):
         folders = [f / target for f in (SEEDS, CORPUS, CRASHES) if (f / target).is_dir()]
@@ -236,7 +252,7 @@ def coverage(options):
         print(f"{target:<16} {done.stdout.strip()}", flush=True)
 
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        list(pool.map(replay, native_targets()))
+        list(pool.map(replay, listed.stdout.split()))
     profile = raw / "all.profdata"
     subprocess.run(
         [llvm("llvm-profdata"), "merge", "-sparse", "-o", profile, *raw.glob("*.profraw")], check=True
@@ -274,6 +290,9 @@ def main():
     parser.add_argument("target", nargs="*", help="targets; default all")
     parser.add_argument(
         "--coverage", action="store_true", help="measure the lines that seeds and corpora reach instead"
+    )
+    parser.add_argument(
+        "--core", action="store_true", help="with --coverage: only libfvv, which builds in a minute"
     )
     parser.add_argument("--files", action="store_true", help="with --coverage: each source file too")
     parser.add_argument("--jobs", type=int, default=2, help="targets at a time; default 2")

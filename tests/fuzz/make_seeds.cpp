@@ -1,16 +1,12 @@
 // Seeds that need an encoder: meshes of several shapes in Draco and the fast profile, with delta frames.
-#include "fuzz.h"
+#include "make_seeds.h"
 
 #include "fvv/mesh.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 namespace {
-
-namespace fs = std::filesystem;
 
 struct Shape {
   std::vector<double> positions, texture, normals;
@@ -37,13 +33,6 @@ Shape sheet(uint32_t side, bool closed) {
   return out;
 }
 
-void write(const fs::path &folder, const char *target, const std::string &name, const fuzz::Bytes &bytes) {
-  fs::create_directories(folder / target);
-  std::ofstream file(folder / target / name, std::ios::binary);
-  file.write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
-  fuzz::expect(file.good(), "seeds can be written");
-}
-
 void append_part(fuzz::Bytes &out, const fvv_bytes &payload) {
   fuzz::expect(payload.size < 65536, "seeds are small");
   out.push_back(uint8_t(payload.size));
@@ -51,7 +40,7 @@ void append_part(fuzz::Bytes &out, const fvv_bytes &payload) {
   out.insert(out.end(), payload.data, payload.data + payload.size);
 }
 
-void write_delta(const fs::path &folder, const std::string &name, const fvv_mesh &mesh,
+void write_delta(const fuzz::Folder &folder, const std::string &name, const fvv_mesh &mesh,
                  const fvv_bytes &key) {
   fuzz::Bytes out;
   append_part(out, key);
@@ -68,10 +57,10 @@ void write_delta(const fs::path &folder, const std::string &name, const fvv_mesh
     append_part(out, payload.bytes);
   }
   fvv_mesh_sequence_close(sequence);
-  write(folder, "delta", name, out);
+  folder.write("delta", name, out);
 }
 
-void write_shape(const fs::path &folder, const Shape &shape, const std::string &name) {
+void write_shape(const fuzz::Folder &folder, const Shape &shape, const std::string &name) {
   const fvv_mesh_source source = {shape.positions.data(), shape.faces.data(),   shape.positions.size() / 3,
                                   shape.faces.size() / 3, shape.texture.data(), shape.normals.data()};
   for (int with = 0; with < 4; with++) {
@@ -90,8 +79,8 @@ void write_shape(const fs::path &folder, const Shape &shape, const std::string &
                                    &payload.bytes, nullptr) == FVV_OK,
                    "a mesh can be encoded");
       const std::string file = name + "-" + std::to_string(with) + "-" + std::to_string(level);
-      write(folder, fast ? "fast" : "draco", file,
-            fuzz::Bytes(payload.bytes.data, payload.bytes.data + payload.bytes.size));
+      folder.write(fast ? "fast" : "draco", file,
+                   fuzz::Bytes(payload.bytes.data, payload.bytes.data + payload.bytes.size));
       fvv_mesh decoded;
       fuzz::expect(fvv_mesh_decode(payload.bytes.data, payload.bytes.size, nullptr, nullptr, &decoded,
                                    nullptr) == FVV_OK,
@@ -110,8 +99,10 @@ int main(int count, char **given) {
     std::fprintf(stderr, "usage: fuzz_seeds FOLDER\n");
     return 2;
   }
+  const fuzz::Folder folder = {given[1]};
   for (const uint32_t side : {2u, 5u, 12u})
     for (const bool closed : {false, true})
-      write_shape(given[1], sheet(side, closed && side > 2), std::to_string(side) + (closed ? "t" : "s"));
+      write_shape(folder, sheet(side, closed && side > 2), std::to_string(side) + (closed ? "t" : "s"));
+  fuzz::write_worst_streams(folder);
   return 0;
 }

@@ -9,7 +9,7 @@ import struct
 import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-MOST = 16 << 10  # bytes of a seed: longer ones slow a target down and show nothing else
+MOST = 8 << 10  # bytes of a seed: longer ones slow a target down and show nothing else
 STREAM_TARGETS = ["container", "checker", "frames", "file", "stream"]
 
 

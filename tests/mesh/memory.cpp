@@ -6,19 +6,23 @@
 
 namespace memory {
 
-State state = {0, 0, -1, 0};
+State state = {0, 0, -1, 0, false};
 
-void reset(int64_t fail_after, size_t least) {
+void reset(int64_t fail_after, size_t least, bool once) {
   state.peak = state.live;
   state.countdown = fail_after;
   state.least = least;
+  state.once = once;
 }
 
 // The size precedes the block; 16 bytes keep it aligned.
 static const size_t head = 16;
 
 static void *take(size_t size) {
-  if (size >= state.least && state.countdown == 0) return nullptr;
+  if (size >= state.least && state.countdown == 0) {
+    if (state.once) state.countdown = -1;
+    return nullptr;
+  }
   if (size >= state.least && state.countdown > 0) state.countdown--;
   if (size > SIZE_MAX - head) return nullptr;
   char *block = static_cast<char *>(std::malloc(size + head));

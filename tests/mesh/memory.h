@@ -14,11 +14,13 @@ struct State {
   size_t peak;       // bytes, since the last reset
   int64_t countdown; // allocations until one fails; negative: none fails
   size_t least;      // bytes: smaller allocations neither count nor fail
+  bool once;         // only that one fails, those after it do not
 };
 extern State state;
 
-// Resets the peak; after this number of allocations every further one fails until the next reset.
-void reset(int64_t fail_after = -1, size_t least = 0);
+// Resets the peak; after this number of allocations every further one fails until the next reset, or only
+// the next one.
+void reset(int64_t fail_after = -1, size_t least = 0, bool once = false);
 fvv_allocator allocator();
 } // namespace memory
 

@@ -134,11 +134,11 @@ fvv_status fvv_writer_configuration(fvv_writer *writer, uint32_t type, uint16_t 
   fvv_status status = check_block(writer, type, size, diagnostic);
   if (status < 0) return status;
   const uint64_t extent = fvv_chunk_extent(size);
-  if (type == FVV_CHUNK_SCENE) writer->block.size = writer->cameras = 0;
   if (fvv_bytes_reserve(&writer->block, (size_t)extent) < 0)
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, type, 0, "out of memory");
   status = put_chunk(writer, &header, payload, diagnostic);
   if (status < 0) return status;
+  if (type == FVV_CHUNK_SCENE) writer->block.size = writer->cameras = 0;
   writer->cameras += type == FVV_CHUNK_CAMERA;
   uint8_t *copy = writer->block.data + writer->block.size;
   memset(copy, 0, (size_t)extent);

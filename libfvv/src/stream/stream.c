@@ -657,15 +657,17 @@ static void release_background(fvv_stream *stream) {
   stream->background_chunk = 0;
 }
 
-/* 1 and *digest, that of the configuration block, when the group's GRUP is intact. */
-static int digest_of(fvv_stream *s, size_t group, uint32_t *digest) {
+/* *digest: of the configuration block. FVV_END: the group's GRUP is not intact. */
+static fvv_status digest_of(fvv_stream *s, size_t group, uint32_t *digest, fvv_diagnostic *diagnostic) {
   const fvv_group_info *info = fvv_file_group(s->file, group);
   const fvv_chunk_info chunk = {
       info->offset, FVV_GRUP_SIZE, info->start, FVV_CHUNK_GROUP, 0, FVV_FLAG_CRITICAL | FVV_FLAG_KEY};
   const uint8_t *payload;
-  if (fvv_file_read_chunk(s->file, &chunk, &payload, NULL) != FVV_OK) return 0;
-  *digest = fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC);
-  return 1;
+  const fvv_status status = fvv_file_read_chunk(s->file, &chunk, &payload, diagnostic);
+  if (status == FVV_OK) *digest = fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC);
+  if (status > FVV_ERROR_DAMAGED) return status;
+  fvv_diagnostic_clear(diagnostic);
+  return FVV_END;
 }
 
 /* The first group after the configuration block of a group. */
@@ -676,12 +678,16 @@ static size_t first_of_block(const fvv_stream *s, size_t group) {
 }
 
 /* The same, with all blocks before it that only repeat it. */
-static size_t first_of_configuration(fvv_stream *s, size_t group) {
-  uint32_t digest, other;
-  group = first_of_block(s, group);
-  if (!group || !digest_of(s, group, &digest)) return group;
-  while (group && digest_of(s, group - 1, &other) && other == digest) group = first_of_block(s, group - 1);
-  return group;
+static fvv_status first_of_configuration(fvv_stream *s, size_t *group, fvv_diagnostic *diagnostic) {
+  uint32_t digest = 0, other = 0;
+  *group = first_of_block(s, *group);
+  fvv_status status = *group ? digest_of(s, *group, &digest, diagnostic) : FVV_END;
+  while (status == FVV_OK && *group) {
+    status = digest_of(s, *group - 1, &other, diagnostic);
+    if (other != digest) break;
+    if (status == FVV_OK) *group = first_of_block(s, *group - 1);
+  }
+  return status < 0 ? status : FVV_OK;
 }
 
 /* FVV_END: the group has none of the track. */
@@ -724,9 +730,9 @@ fvv_status fvv_stream_find_background(fvv_stream *stream, size_t group, uint16_t
   status = find_background_in(stream, group, track, chunk, diagnostic);
   if (status == FVV_END)
     status = find_background_in(stream, first_of_block(stream, group), track, chunk, diagnostic);
-  if (status == FVV_END)
-    status = find_background_in(stream, first_of_configuration(stream, group), track, chunk, diagnostic);
-  return status;
+  if (status != FVV_END) return status;
+  status = first_of_configuration(stream, &group, diagnostic);
+  return status == FVV_OK ? find_background_in(stream, group, track, chunk, diagnostic) : status;
 }
 
 fvv_status fvv_stream_background(fvv_stream *stream, size_t group, uint16_t track,

@@ -33,6 +33,9 @@ Outcome read(const uint8_t *data, size_t size, fuzz::Random *split, bool join) {
   fvv_reader *reader = nullptr;
   fuzz::expect(fvv_reader_create(nullptr, nullptr, 0, &reader) == FVV_OK, "a reader is created");
   if (join) fuzz::expect(fvv_reader_join(reader) == FVV_OK, "a new reader joins");
+  // Byte by byte if it is short, in small portions or in large ones.
+  const uint32_t mosts[] = {1, 40, 700, 9000},
+                 most = split ? mosts[size < 1000 ? split->below(4) : 1 + split->below(3)] : 0;
   size_t at = 0;
   for (;;) {
     fvv_event event;
@@ -45,8 +48,7 @@ Outcome read(const uint8_t *data, size_t size, fuzz::Random *split, bool join) {
     } else if (at == size) {
       fvv_reader_finish(reader);
     } else {
-      const size_t left = size - at,
-                   step = split ? std::min<size_t>(left, 1 + split->below(1 + split->below(99))) : left;
+      const size_t left = size - at, step = split ? std::min<size_t>(left, 1 + split->below(most)) : left;
       const fuzz::Bytes part(data + at, data + at + step);
       fuzz::expect_status(fvv_reader_push(reader, part.data(), part.size()));
       at += step;

@@ -73,12 +73,15 @@ FVV_FUZZ_TARGET(encoder, fuzz::Form::bytes) {
   options.codec = FVV_CODEC_JPEG;
   options.quality = {false, double(50 + input.below(50))};
   options.group = 1 + input.below(3);
-  options.keep_geometry = input.below(2);
+  options.keep_geometry = input.below(8); // decimation takes most of the time
   options.delta = input.below(4);
   options.live = !input.below(4);
   options.repeat_configuration = !input.below(4);
   options.mesh_profile = input.below(4) ? FVV_MESH_DRACO : FVV_MESH_FAST;
-  if (!input.below(4)) options.colours = fvv::mux::Colours::off;
+  if (input.below(4)) options.colours = fvv::mux::Colours::off;
+  if (input.below(4)) options.match_colours = fvv::mux::MatchColours::off;
+  if (input.below(4)) options.visibility = fvv::mux::Visibility::none;
+  if (input.below(4)) options.texture_inset = 0;
   fuzz::Bytes stream;
   const uint32_t vertices = 4 + input.below(30), faces = 4 + input.below(40);
   const size_t frames = 1 + input.below(4);

@@ -34,6 +34,9 @@ void note(Outcome &outcome, const fvv_frames_event &event) {
 
 Outcome read(fvv_frames *frames, const uint8_t *data, size_t size, fuzz::Random *split) {
   Outcome outcome;
+  // Byte by byte if it is short, in small portions or in large ones.
+  const uint32_t mosts[] = {1, 40, 700, 9000},
+                 most = split ? mosts[size < 1000 ? split->below(4) : 1 + split->below(3)] : 0;
   size_t at = 0;
   bool finished = false;
   for (;;) {
@@ -48,8 +51,7 @@ Outcome read(fvv_frames *frames, const uint8_t *data, size_t size, fuzz::Random 
       finished = true;
       fvv_frames_finish(frames);
     } else {
-      const size_t left = size - at,
-                   step = split ? std::min<size_t>(left, 1 + split->below(1 + split->below(199))) : left;
+      const size_t left = size - at, step = split ? std::min<size_t>(left, 1 + split->below(most)) : left;
       const fuzz::Bytes part(data + at, data + at + step);
       fuzz::expect_status(fvv_frames_push(frames, part.data(), step));
       at += step;
