@@ -55,5 +55,7 @@ cmake --build "$build" --target fvv_static
 mkdir -p "$all/include"
 ln -sfn "$(dirname "$(echo '#include <nlohmann/json.hpp>' | g++ -E -x c++ -M - | grep -o '/[^ ]*nlohmann/json.hpp')")" "$all/include/nlohmann"
 read -ra words <<<"$flags"
+# As CMakeLists.txt has it for libfvv.
+[[ "$processor" != i686 ]] || words+=(-msse2 -mfpmath=sse)
 "$cxx" -std=c++17 "${words[@]}" -ffp-contract=off -I"$root/libfvv/include" -isystem "$all/include" \
   "$root"/conformance/adapters/libfvv/*.cpp "${plain[@]}" -o "$build/adapter" "$build/libfvv/libfvv.a" "${link[@]}"
