@@ -4,6 +4,7 @@ What the package does not give as it was sent is not claimed: encoded video, the
 """
 
 import hashlib
+import itertools
 import struct
 
 import fvv
@@ -37,21 +38,39 @@ def camera_array(camera):
     return sha256(numpy.array([*numbers, *camera.R.ravel(), *camera.t]), "<f8")
 
 
+def uleb128(data, count):
+    """The first count numbers, or as many as there are."""
+    out, value, shift = [], 0, 0
+    for byte in data:
+        if len(out) == count:
+            break
+        value |= (byte & 127) << shift
+        shift += 7
+        if byte < 128:
+            out.append(value)
+            value = shift = 0
+    return out
+
+
 class Visibility:
-    """The visibility track of each mesh: the package has the weights of a mesh and a camera without it."""
+    """Tracks and cameras of visibility: the package has the weights of a mesh and a camera without the track."""
 
     def __init__(self, clip):
-        self._clip, self._at = clip, {}
+        self._at = {}
         chunks = clip.chunks()
+        best = {track.id for track in clip.tracks if track.rank == 0}
         for row in chunks[chunks["type"] == b"VISI"]:
-            head = clip.read_at(int(row["offset"]) + CHUNK_HEADER, 4)
-            (mesh_track,) = struct.unpack_from("<H", head, 2)
-            self._at.setdefault(int(row["time"]), []).append((int(row["track"]), mesh_track))
-        self._best = {track.id for track in clip.tracks if track.rank == 0}
+            if row["track"] not in best or row["size"] < 16:
+                continue
+            payload = clip.read_at(int(row["offset"]) + CHUNK_HEADER, int(row["size"]))
+            mesh_track, count = *struct.unpack_from("<H", payload, 2), *struct.unpack_from("<I", payload, 12)
+            numbers = uleb128(payload[16:], 2 * count)
+            cameras = list(itertools.accumulate(numbers[::2]))
+            self._at.setdefault(int(row["time"]), []).append((int(row["track"]), mesh_track, cameras))
 
     def arrays(self, frame):
-        for track, mesh_track in self._at.get(frame.ticks, []):
-            for camera in frame.cameras if track in self._best else []:
+        for track, mesh_track, cameras in self._at.get(frame.ticks, []):
+            for camera in cameras:
                 weights = frame._load_visibility(mesh_track, camera)
                 if weights is not None:
                     yield f"visibility/{track}/{camera}", sha256(weights, "u1")
@@ -67,52 +86,101 @@ def frame_arrays(frame, visibility):
     return arrays
 
 
-def background_arrays(background):
-    for i, part in enumerate(background.parts):
+def background_arrays(parts, pictures, lights):
+    for i, part in enumerate(parts):
         yield f"part/{i}/positions", sha256(part.mesh.positions, "<f4")
         yield f"part/{i}/faces", sha256(part.mesh.indices, "<u4")
         if part.uvs is not None:
             yield f"part/{i}/uvs", sha256(part.uvs, "<f4")
-    for i, picture in enumerate(background.pictures):
+    for i, picture in enumerate(pictures):
         yield f"picture/{i}", sha256(picture)
-    for i, light in enumerate(background.lights):
+    for i, light in enumerate(lights):
         numbers = [*light.position, *light.direction, *light.colour, light.intensity, light.range]
         yield f"light/{i}", sha256(numpy.array([*numbers, light.inner_cone, light.outer_cone]), "<f8")
 
 
+def counts_of_backgrounds(clip):
+    """(track, parts, pictures, lights) of the last environment of each track, in order of the tracks."""
+    found = {}
+    chunks = clip.chunks()
+    for row in chunks[chunks["type"] == b"BACK"]:
+        if row["size"] >= 44:
+            payload = clip.read_at(int(row["offset"]) + CHUNK_HEADER, 44)
+            found[int(row["track"])] = struct.unpack_from("<3I", payload, 32)
+    return [(track.id, *found[track.id]) for track in clip.tracks if track.id in found and track.rank == 0]
+
+
 def backgrounds(clip, frames):
-    """Those of the last frame. The package joins the environments of several tracks."""
-    tracks = [track.id for track in clip.tracks if track.kind == "background" and track.rank == 0]
-    if len(tracks) != 1 or not frames or (found := frames[-1].background) is None:
+    """Those of the last configuration. The package joins the environments of several tracks."""
+    last = [frame for frame in frames if frame._description is frames[-1]._description]
+    joined = next((found for frame in reversed(last) if (found := frame.background) is not None), None)
+    if joined is None:
         return {}
-    return {str(tracks[0]): dict(background_arrays(found))}
+    tracks = counts_of_backgrounds(clip)
+    whole = [sum(counts) for counts in zip(*(row[1:] for row in tracks))]
+    if whole != [len(joined.parts), len(joined.pictures), len(joined.lights)]:
+        # One of several is lost, or another configuration has others.
+        tracks = tracks[-1:] if len(tracks) == 1 else []
+    out, at = {}, [0, 0, 0]
+    for track, *counts in tracks:
+        lists = (joined.parts, joined.pictures, joined.lights)
+        some = [values[i : i + count] for values, i, count in zip(lists, at, counts)]
+        at = [i + count for i, count in zip(at, counts)]
+        out[str(track)] = dict(background_arrays(*some))
+    return out
 
 
 def chunk_at(content, problem):
     """Issues are reported where the chunk begins, also those of a place within its payload."""
     at, before = FILE_HEADER, None
     if problem.offset < FILE_HEADER:
-        return 0
+        return problem.offset if problem.issue == 1005 else 0
     is_payload = problem.issue >= 2000 and problem.issue != 7001
     while at + CHUNK_HEADER <= len(content):
         (size,) = struct.unpack_from("<Q", content, at + 16)
         end = at + CHUNK_HEADER + (size + 7) // 8 * 8
         kind = content[at : at + 4].decode("latin-1")
-        if problem.offset == at and is_payload and kind != problem.chunk and before is not None:
-            return before
+        if problem.offset == at and is_payload and before is not None:
+            former = content[before : before + 4].decode("latin-1")
+            if kind != problem.chunk or former == problem.chunk:
+                return before
         if at <= problem.offset < end:
             return at
         at, before = end, at
     return before if is_payload and problem.offset == at and before is not None else problem.offset
 
 
-def read(content):
+#: Chunks of configuration blocks, and issues after which a reader from front to back stops.
+BLOCK = {"SCEN", "TRAK", "META", "CAMR", "VCFG", "ACFG", "TEXR"}
+FINAL = {1106, 1108, 7001}
+
+
+def doubtful(clip, content, problems):
+    """Times of frames that fvv.check does not call whole, by its problems. Random access does not meet all of them."""
+    chunks, times = clip.chunks(), set()
+    for problem in problems:
+        offset, issue = chunk_at(content, problem), problem.issue
+        group = chunks["group"][chunks["offset"] == offset]
+        if issue >= 3000 and issue not in FINAL:
+            found = chunks["offset"] == offset
+        elif issue in FINAL or 2000 <= issue < 3000 or problem.chunk in BLOCK:
+            found = chunks["offset"] >= offset
+        else:
+            found = (chunks["offset"] >= offset) & numpy.isin(chunks["group"], group)
+        times.update(int(time) for time in chunks["time"][found])
+    return times
+
+
+def read(content, problems):
     """What a clip holds."""
     with fvv.open(content) as clip:
         visibility = Visibility(clip)
         frames, intact = [], []
+        times = doubtful(clip, content, problems)
         for frame in clip:
             try:
+                if frame.ticks in times:
+                    continue
                 frames.append({"time": frame.ticks, "arrays": frame_arrays(frame, visibility)})
                 intact.append(frame)
             except fvv.Error:
@@ -133,7 +201,7 @@ def report(content, live):
         "summary": {"groups": found.groups, "frames": found.frames, "ended": found.complete},
     }
     try:
-        out.update(read(content))
+        out.update(read(content, [p for p in found.problems if p.issue is not None]))
     except fvv.Error:
         out.update({"frames": [], "background": {}})
         if found.problem_count:

@@ -8,6 +8,8 @@ FILE_HEADER = 24
 CHUNK_HEADER = 32
 #: Bytes up to which every cut and every bit is tried, if all are asked for.
 SMALL = 8192
+#: Types of chunks that are in groups alone.
+IN_GROUPS = frozenset((b"MESH", b"VPKT", b"CALB", b"VISI", b"BACK", b"AUDI", b"COLR"))
 #: Shapes of damage, and how often sampling picks each.
 SHAPES = {
     "cut": 4,
@@ -64,15 +66,16 @@ class Span(NamedTuple):
     end: int
     head_end: int  # of its first chunk
     times: frozenset
+    second: bytes = b""  # type of the chunk after the first
 
 
 def groups_of(chunks):
     found, first, times = [], None, set()
-    for chunk in chunks:
+    for i, chunk in enumerate(chunks):
         if chunk.kind == b"GRUP":
-            first, times = chunk, set()
+            first, times, second = chunk, set(), chunks[i + 1].kind if i + 1 < len(chunks) else b""
         elif chunk.kind == b"GEND" and first:
-            found.append(Span(first.begin, chunk.end, first.end, frozenset(times)))
+            found.append(Span(first.begin, chunk.end, first.end, frozenset(times), second))
             first = None
         elif first and chunk.track:
             times.add(chunk.time)
@@ -112,12 +115,14 @@ def structured(stream):
     every = frozenset().union(*(group.times for group in groups))
     for i, group in enumerate(groups):
         others = every - group.times
+        # Without its GRUP an unknown chunk is part of the block before, whose digest then is another.
+        after_head = others if group.second in IN_GROUPS else frozenset()
         yield Damage(f"group-delete-{i}", "group-delete", stream[: group.begin] + stream[group.end :], others)
         yield Damage(
             f"group-head-delete-{i}",
             "group-head-delete",
             stream[: group.begin] + stream[group.head_end :],
-            others,
+            after_head,
         )
         yield Damage(
             f"group-tail-delete-{i}",

@@ -8,7 +8,7 @@ import struct
 from typing import NamedTuple
 
 from .container import CHUNKS, DATA, FLAGS, Broken, crc32c, demand
-from .decode.configuration import Block
+from .decode.configuration import Block, TooMany
 from .decode.group import KIND_OF, Group, sha256
 from .decode.scan import FILE_HEADER, Damage, scan
 
@@ -36,8 +36,10 @@ class Refused(Exception):
 class Reader:
     """Reads one stream. place: start, configuration, group, between, index, end, or lost where damage hides it."""
 
-    def __init__(self, data, live, blocks):
-        self.data, self.live = data, live
+    group_type = Group
+
+    def __init__(self, data, blocks):
+        self.data = data
         self.issues, self.refused = [], False
         self.place, self.counter, self.suppressed, self.damaged, self.loss = (
             "start",
@@ -70,7 +72,7 @@ class Reader:
     def file_header(self):
         data = self.data
         if len(data) < FILE_HEADER:
-            self.note(0, 1005, "the stream ends inside its file header")
+            self.note(len(data), 1005, "the stream ends inside its file header")
             raise Refused
         if data[:8] != SIGNATURE:
             self.note(0, 1001, "no signature")
@@ -114,6 +116,7 @@ class Reader:
             self.block.complete = False
         if self.place in ("start", "between") or found.kind in (b"GRUP", b"SCEN", b"GEND"):
             self.close_group()
+            self.close_block()
             self.place = "lost"
 
     def take(self, chunk):
@@ -206,8 +209,9 @@ class Reader:
             elif self.place == "group":
                 self.in_group(chunk, broken)
             elif kind == b"INDX":
-                self.close_block(chunk.offset)
+                self.close_block()
                 self.place, self.index = "index", None if broken else chunk
+                self.indexed = not broken
                 self.check_index(chunk)
             elif kind == b"FOOT":
                 self.place = "end"
@@ -215,6 +219,7 @@ class Reader:
             elif self.place == "configuration" and (known is None or kind in CONFIGURATION):
                 self.configure(chunk, broken)
             elif self.place == "configuration":
+                self.close_block()
                 self.place = "lost"
         except Broken as failure:
             self.payload_broken(chunk, failure)
@@ -226,8 +231,6 @@ class Reader:
         self.damaged = True
         if not self.issues or self.issues[-1].offset != chunk.offset:
             self.note(chunk.offset, failure.issue, str(failure))
-        if failure.issue == 7001:
-            raise Refused
 
     def configure(self, chunk, broken):
         """broken: the issue of its header, place or counter. After 1105 the digest shows whether all chunks are there."""
@@ -236,6 +239,9 @@ class Reader:
         self.block.names |= chunk.kind not in (b"SCEN", b"TRAK") and chunk.kind in KNOWN
         try:
             self.block.add(chunk, self.first_scene)
+        except TooMany as failure:
+            self.note(chunk.offset, failure.issue, str(failure))
+            raise Refused from failure
         except Broken as failure:
             if failure.issue not in (4002, 4302):
                 self.block.valid = False
@@ -243,7 +249,7 @@ class Reader:
         if chunk.kind == b"SCEN":
             self.first_scene = self.first_scene or self.block.scene
 
-    def close_block(self, offset):
+    def close_block(self):
         """The end of a configuration block; its whole is checked once."""
         block, was = self.block, self.place
         if was != "configuration" or block is None:
@@ -256,28 +262,25 @@ class Reader:
                 block.valid = False
                 if block.complete:
                     self.damaged = True
-                    self.note(offset, failure.issue, str(failure))
+                    self.note(block.at, failure.issue, str(failure))
         if block.valid:
             self.blocks[digest] = block
         if self.run[1] != digest:
             self.run = self.run[0] + 1, digest
 
     def begin(self, chunk, broken):
-        self.close_block(chunk.offset)
+        self.close_block()
         self.place = "lost"
         demand(len(chunk.payload) == 24, 1204, "size of GRUP")
         sequence, digest, start, end = struct.unpack("<IIqq", chunk.payload)
         known = self.blocks.get(digest)
-        group = self.group = Group(chunk, known)
+        group = self.group = self.group_type(chunk, known)
         self.place = "group"
         group.at_block = self.block
         if broken:
             group.damage()
         loss, self.loss = self.loss, False
-        expected, late = (
-            0 if self.sequence is None else self.sequence + 1,
-            self.live and self.sequence is None,
-        )
+        expected = 0 if self.sequence is None else self.sequence + 1
         last_end, self.sequence, self.last_end = self.last_end, sequence, end
         try:
             demand(start < end and start == chunk.time, 1206, f"from {start} to {end}")
@@ -285,7 +288,7 @@ class Reader:
         except Broken:
             group.damage()
             raise
-        if sequence != expected and not late and not (loss and sequence > expected):
+        if sequence != expected and not (loss and sequence > expected):
             if sequence < expected:
                 group.damage()
             raise Broken(1205, f"sequence number {sequence}, expected {expected}")
@@ -378,22 +381,23 @@ class Reader:
         demand(len(chunk.payload) == 24, 1302, "size of FOOT")
         offset, size, crc, reserved = struct.unpack("<QQII", chunk.payload)
         demand(reserved == 0, 1302, "reserved field of FOOT")
-        demand(size == chunk.end or self.damaged, 1302, f"size of the stream {size}")
+        demand(size == chunk.end, 1302, f"size of the stream {size}")
         if self.index:
-            demand((offset, crc) == (self.index.offset, self.index.crc) or self.damaged, 1302, "INDX in FOOT")
-            self.indexed = True
+            demand((offset, crc) == (self.index.offset, self.index.crc), 1302, "INDX in FOOT")
 
     def finish(self):
         if self.place == "group" and not self.suppressed:
             self.note(len(self.data), 1203, "the stream ends inside a group")
             self.damaged = True
-        self.close_block(len(self.data))
+        self.close_block()
 
     def results(self):
-        frames, sounds, backgrounds = [], {}, {}
+        frames, sounds, backgrounds, digest = [], {}, {}, None
         for group in self.groups:
             if group.block is None:
                 continue
+            if group.digest != digest:  # clause 18.5: an environment belongs to a configuration
+                digest, backgrounds = group.digest, {}
             frames += [{"time": time, "arrays": arrays} for time, arrays in group.whole()]
             for track, packets in group.sounds:
                 sounds.setdefault(track, []).append(packets)
@@ -407,11 +411,7 @@ class Reader:
             ],
             "frames": frames,
             "sounds": {
-                str(track): {
-                    "packets": sum(packets.count for packets in parts),
-                    "start": parts[0].start,
-                    "sha256": sha256(b"".join(packets.data for packets in parts)),
-                }
+                str(track): {**sound_of(parts), "chunks": [sound_of([part]) for part in parts]}
                 for track, parts in sorted(sounds.items())
             },
             "background": backgrounds,
@@ -437,17 +437,25 @@ class Reader:
         }
 
 
+def sound_of(parts):
+    return {
+        "packets": sum(packets.count for packets in parts),
+        "start": parts[0].start,
+        "sha256": sha256(b"".join(packets.data for packets in parts)),
+    }
+
+
 def report(data, live=False):
-    """The decode report of a stream. live: as a reader that joined late, and does not expect an end."""
-    reader = read(bytes(data), live, {})
+    """The decode report of a stream. live: nothing that comes later serves what came before."""
+    reader = read(bytes(data), {})
     if not live and any(group.block is None and group.digest in reader.blocks for group in reader.groups):
-        reader = read(bytes(data), live, reader.blocks)  # a repetition after the group serves it
+        reader = read(bytes(data), reader.blocks)  # a repetition after the group serves it
     return reader.results()
 
 
-def read(data, live, blocks):
+def read(data, blocks, reader_type=Reader):
     """A Reader that has read a stream. blocks: configuration blocks by digest that are known before."""
-    reader = Reader(data, live, blocks)
+    reader = reader_type(data, blocks)
     try:
         reader.run_through()
     except Refused:

@@ -309,6 +309,25 @@ TEST_CASE("axes are exact, and directions on the rim of the square have one inde
   }
 }
 
+TEST_CASE("a component that is zero has no sign, also in the folded half") {
+  for (unsigned bits = 2; bits <= 6; bits++) {
+    const uint32_t most = (1u << bits) - 2;
+    size_t zeros = 0, signs = 0;
+    for (uint32_t i = 0; i <= most; i++)
+      for (uint32_t j = 0; j <= most; j++) {
+        const uint32_t index[2] = {i, j};
+        float normal[3];
+        fvv_normals_to_floats((uint8_t)bits, index, 1, normal);
+        for (const float x : normal) {
+          zeros += x == 0;
+          signs += x == 0 && std::signbit(x);
+        }
+      }
+    CHECK(zeros > 0);
+    CHECK(signs == 0);
+  }
+}
+
 TEST_CASE("a hard edge keeps its vertices apart, a smooth one does not") {
   fvv_mesh_report report = {};
   report.struct_size = sizeof report;

@@ -284,18 +284,27 @@ json background_arrays(const fvv_background &background) {
 
 json backgrounds(fvv_stream *stream) {
   json out = json::object();
-  const size_t groups = fvv_file_group_count(fvv_stream_file(stream));
-  const fvv_configuration *configuration;
-  if (!groups || fvv_stream_configuration(stream, groups - 1, &configuration, nullptr) != FVV_OK) return out;
-  for (size_t i = 0; i < configuration->track_count; i++) {
-    if (configuration->tracks[i].kind != FVV_TRACK_BACKGROUND || configuration->tracks[i].rank) continue;
-    const uint16_t track = configuration->tracks[i].id;
-    const fvv_background *background;
-    if (fvv_stream_background(stream, groups - 1, track, &background, nullptr) != FVV_OK) continue;
-    try {
-      out[std::to_string(track)] = background_arrays(*background);
-    } catch (fvv_status) {
-      // Nothing of it is called intact.
+  // Readers look in a few places only. Clause 18.5: all groups of one configuration have the same
+  // environment.
+  uint64_t last_configuration = 0;
+  for (size_t group = fvv_file_group_count(fvv_stream_file(stream)); group-- > 0;) {
+    const fvv_configuration *configuration;
+    if (fvv_stream_configuration(stream, group, &configuration, nullptr) != FVV_OK) continue;
+    const uint64_t place = fvv_file_group(fvv_stream_file(stream), group)->configuration_offset;
+    if (last_configuration && place != last_configuration) break;
+    last_configuration = place;
+    for (size_t i = 0; i < configuration->track_count; i++) {
+      if (configuration->tracks[i].kind != FVV_TRACK_BACKGROUND || configuration->tracks[i].rank) continue;
+      const uint16_t track = configuration->tracks[i].id;
+      const fvv_background *background;
+      if (out.contains(std::to_string(track)) ||
+          fvv_stream_background(stream, group, track, &background, nullptr) != FVV_OK)
+        continue;
+      try {
+        out[std::to_string(track)] = background_arrays(*background);
+      } catch (fvv_status) {
+        // Nothing of it is called intact.
+      }
     }
   }
   return out;

@@ -54,15 +54,19 @@ void take_event(void *user, const fvv_event *event) {
 // Issues are reported where the chunk begins, also those of a place within its payload. What a payload lacks
 // is missing where the chunk ends, which is where the next one begins.
 uint64_t chunk_at(const Seen &seen, const fvv_diagnostic &problem) {
-  if (problem.offset < file_header_size) return 0;
+  if (problem.offset < file_header_size)
+    return problem.issue == FVV_ISSUE_FILE_HEADER_TRUNCATED ? problem.offset : 0;
   auto at = seen.chunks.upper_bound(problem.offset);
   if (at == seen.chunks.begin()) return problem.offset;
   --at;
   const bool is_payload = problem.issue >= 2000 && problem.issue != FVV_ISSUE_LIMIT;
-  if (is_payload && at->first == problem.offset && at->second.type != problem.chunk_type &&
-      at != seen.chunks.begin())
+  if (is_payload && at->first == problem.offset && at != seen.chunks.begin() &&
+      (at->second.type != problem.chunk_type || std::prev(at)->second.type == problem.chunk_type))
     --at;
-  return problem.offset < at->second.end + is_payload ? at->first : problem.offset;
+  const uint64_t end = at->second.end;
+  if (problem.offset < end + is_payload) return at->first;
+  // A header that is wrong begins where the chunk before ends.
+  return problem.offset - end < chunk_header_size ? end : problem.offset;
 }
 
 struct CheckerDeleter {
@@ -136,8 +140,12 @@ json summary(const fvv_checker *checker, const Seen &seen) {
   }
   for (size_t i = 0; configuration && i < configuration->camera_count; i++)
     cameras.push_back(configuration->cameras[i].id);
-  return {{"groups", found.groups}, {"frames", found.frames},         {"tracks", tracks},
-          {"cameras", cameras},     {"ended", found.has_footer != 0}, {"indexed", seen.has_index}};
+  return {{"groups", found.groups},
+          {"frames", found.frames},
+          {"tracks", tracks},
+          {"cameras", cameras},
+          {"ended", found.has_footer != 0},
+          {"indexed", seen.has_index}};
 }
 
 } // namespace

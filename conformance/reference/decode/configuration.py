@@ -29,6 +29,10 @@ def lattice_is_valid(origin, step):
     return 0 < step < math.inf and all(math.isfinite(abs(o) + step * 2.0**28) for o in origin)
 
 
+class TooMany(Broken):
+    """A block is beyond a limit of the reader, which stops."""
+
+
 class Scene:
     def __init__(self, payload):
         demand(len(payload) == 56, 2001, "size")
@@ -141,7 +145,6 @@ class Audio:
         )
         position = struct.unpack_from("<3d", payload, 24)
         demand(len(payload) == 48 + record + language, 4301, "size")
-        demand(record > 0, 4301, "no record")
         demand(reserved == 0 and self.flags < 4, 4301, "reserved bits")
         text(payload[48 + record :])
         self.known = self.codec in (b"opus", b"mp4a")
@@ -166,6 +169,7 @@ class Block:
         self.offset, self.covered, self.valid, self.complete, self.names = offset, [], True, True, False
         self.scene, self.texturing = None, None
         self.tracks, self.cameras, self.videos, self.layouts, self.audios = {}, {}, {}, {}, {}
+        self.layout_offsets, self.at = {}, offset
         self.broken_tracks = set()  # of a codec that is not known
 
     def digest(self):
@@ -184,23 +188,22 @@ class Block:
             demand(self.scene.time_base == first.time_base, 2002, "another time base than before")
             demand(self.scene.lattice == first.lattice, 2003, "another lattice than before")
 
+    def _room(self, table, most):
+        if len(table) >= most:
+            raise TooMany(7001, f"more than {most} of one kind")
+
     def _TRAK(self, chunk, first):
-        demand(len(self.tracks) < TRACKS, 7001, "too many tracks")
+        self._room(self.tracks, TRACKS)
         track = Track(chunk.track, chunk.payload)
         demand(chunk.track not in self.tracks, 2102, f"track {chunk.track} twice")
-        for other in self.tracks.values():
-            if track.group and track.group == other.group:
-                demand(track.kind == other.kind and track.rank != other.rank, 2106, "alternatives")
         self.tracks[chunk.track] = track
 
     def _META(self, chunk, first):
         text(chunk.payload)
-        demand(chunk.track == 0 or chunk.track in self.tracks, 1210, f"track {chunk.track}")
 
     def _CAMR(self, chunk, first):
-        demand(len(self.cameras) < CAMERAS, 7001, "too many cameras")
-        camera = Camera(chunk.payload)
-        text(camera.name)
+        self._room(self.cameras, CAMERAS)
+        camera = Camera(chunk.payload, text)
         demand(camera.id not in self.cameras, 2203, f"camera {camera.id} twice")
         self.cameras[camera.id] = camera
 
@@ -211,15 +214,15 @@ class Block:
 
     def _VCFG(self, chunk, first):
         self._declared(chunk, VIDEO, 2201, self.videos)
-        video = self.videos[chunk.track] = Video(chunk.payload)
+        video = self.videos[chunk.track] = Video(chunk.payload, text)
         if not video.known:
             self.broken_tracks.add(chunk.track)
             raise Broken(4002, f"codec {video.codec}")
         RECORDS[video.codec](video.record, video.string, video.depth)
-        text(video.string)
 
     def _TILE(self, chunk, first):
         self._declared(chunk, VIDEO, 2201, self.layouts)
+        self.layout_offsets[chunk.track] = chunk.offset
         self.layouts[chunk.track] = layout = tiles(chunk.payload)
         check_tiles(layout, self.videos.get(chunk.track), self.cameras)
 
@@ -236,8 +239,14 @@ class Block:
         self.texturing = constants
 
     def finish(self):
-        """The rules about the whole block."""
+        """The rules about the whole block. What is missing is at SCEN, the rest at the TILE; `at` says where."""
+        self.at = self.offset
+        ranks = {}
         for identifier, track in self.tracks.items():
+            if track.group:
+                kind, taken = ranks.setdefault(track.group, (track.kind, set()))
+                demand(kind == track.kind and track.rank not in taken, 2106, f"track {identifier}")
+                taken.add(track.rank)
             if track.kind == VIDEO:
                 demand(identifier in self.videos, 2202, f"video track {identifier} without VCFG")
                 shows = self.videos[identifier].tiles
@@ -245,9 +254,11 @@ class Block:
             if track.kind == AUDIO:
                 demand(identifier in self.audios, 2205, f"audio track {identifier} without ACFG")
         for identifier, layout in self.layouts.items():
+            self.at = self.layout_offsets[identifier]
             for tile in layout:
                 demand(tile.camera in self.cameras, 2203, f"camera {tile.camera} of a tile")
             check_tiles(layout, self.videos[identifier], self.cameras)
+        self.at = self.offset
         moving = any(camera.moves for camera in self.cameras.values())
         count = sum(track.kind == CALIBRATION for track in self.tracks.values())
         demand(count == moving, 2204, f"{count} calibration tracks")

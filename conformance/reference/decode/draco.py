@@ -22,8 +22,6 @@ class Sequential:
     def __init__(self, buffer, header):
         faces, points = buffer.number(), buffer.number()
         demand((points, faces) == (header.vertices, header.faces), 3008, f"{points} points, {faces} faces")
-        n = len(buffer.data)
-        demand(header.vertices <= 16 * n and header.faces <= 16 * n, 3012, f"{n} bytes")
         way = buffer.u8()
         demand(way < 2, ISSUE, f"corners in way {way}")
         self.indices = self._plain(buffer, points, faces) if way else self._differences(buffer, faces)
@@ -264,7 +262,7 @@ def check_attributes(buffer, header, edgebreaker):
     demand(buffer.u8() == 1, 3010, "attributes decoders")
     by_degree = False
     if edgebreaker:
-        demand(buffer.i8() < 0 and buffer.u8() == 0, 3010, "attributes that are not coded per vertex")
+        demand(buffer.i8() == -1 and buffer.u8() == 0, 3010, "attributes that are not coded per vertex")
         way = buffer.u8()
         demand(way < 2, ISSUE, f"order of vertices {way}")
         by_degree = way == 1
@@ -283,6 +281,7 @@ def check_attributes(buffer, header, edgebreaker):
 
 def decode(data, header):
     """The attributes of a bitstream, as arrays with a row for each vertex, and its faces."""
+    demand(max(header.vertices, header.faces) <= 16 * len(data), 3012, f"{len(data)} bytes")
     demand(len(data) >= 11 and data[:7] == b"DRACO\2\2" and data[7] == 1, 3007, "header")
     demand(data[8] in (SEQUENTIAL, EDGEBREAKER) and data[9:11] == b"\0\0", 3007, "method or flags")
     buffer = Buffer(data, 11)

@@ -136,8 +136,6 @@ class Edgebreaker:
         demand(traversal in (STANDARD, VALENCE), ISSUE, f"traversal {traversal}")
         points, faces = buffer.number(), buffer.number()
         demand((points, faces) == (header.vertices, header.faces), 3008, f"{points} points, {faces} faces")
-        n = len(buffer.data)
-        demand(header.vertices <= 16 * n and header.faces <= 16 * n, 3012, f"{n} bytes")
         demand(buffer.u8() == 0, 3010, "attributes with seams")
         self.count, self.splits = buffer.number(), buffer.number()
         count, splits = self.count, self.splits

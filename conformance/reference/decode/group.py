@@ -66,6 +66,8 @@ class Group:
         """FVV-1208 to 1212 and 4104, in the order of clause 2.5."""
         kind, known = chunk.kind, chunk.kind in KIND_OF
         demand(len(self.covered) < CHUNK_LIMIT, 7001, "too many chunks in a group")
+        row = kind, chunk.track, chunk.flags
+        demand(len(self.rows) < ROW_LIMIT or row in self.rows, 7001, "too many rows of a table")
         demand(self.start <= chunk.time < self.end, 1208, f"time {chunk.time}")
         demand(chunk.time >= self.time, 1209, f"time {chunk.time} after {self.time}")
         if not known:
@@ -111,7 +113,6 @@ class Group:
         """FVV-1213 and 1214. The group is whole unless this fails."""
         expected, payload = self.end_payload(), chunk.payload
         demand(len(payload) >= 24, 1213, "size")
-        demand(struct.unpack_from("<I", payload, 16)[0] <= ROW_LIMIT, 7001, "rows")
         demand(payload[:16] == expected[:16] and chunk.time == self.end, 1213, "sums of the group")
         demand(payload == expected, 1214, "table of the group")
         self.ended = True

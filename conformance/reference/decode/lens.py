@@ -8,6 +8,7 @@ import numpy
 from ..container import demand
 
 NONE, RADTAN, FISHEYE = 0, 1, 2
+SIDE = 16384  # limit of the sides of a picture, clause 13
 COEFFICIENTS = {NONE: 0, RADTAN: 8, FISHEYE: 4}
 
 
@@ -78,17 +79,19 @@ def check_camera(lens, intrinsics, distortion, r_max, rotation, translation):
 class Camera:
     """A CAMR payload. numbers: the 26 f64 of the report."""
 
-    def __init__(self, payload):
+    def __init__(self, payload, check_text):
         demand(len(payload) >= 224, 5001, "size")
         self.id, self.lens, flags, name_size, self.width, self.height = struct.unpack_from("<HBBIII", payload)
         numbers = struct.unpack_from("<26d", payload, 16)
         demand(len(payload) == 224 + name_size, 5001, "size")
+        check_text(payload[224:])
         demand(flags < 2, 5001, f"flags {flags}")
         demand(self.lens in COEFFICIENTS, 5002, f"lens model {self.lens}")
         distortion = numbers[5:13]
         demand(not any(distortion[COEFFICIENTS[self.lens] :]), 5001, "a coefficient that the lens has not")
+        demand(max(self.width, self.height) <= SIDE, 7001, f"{self.width} x {self.height} pixels")
         demand(self.width > 0 and self.height > 0, 5003, "an empty picture")
         self.moves = flags == 1
         check_camera(self.lens, numbers[:5], distortion, numbers[13], numbers[14:23], numbers[23:])
         demand(self.id != 65535, 5006, "identifier 65535")
-        self.numbers, self.name = numbers, payload[224:]
+        self.numbers = numbers

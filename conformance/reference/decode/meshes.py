@@ -176,14 +176,15 @@ class Track:
         sequence, self.sequence, self.time = self.sequence, None, chunk.time
         header = Header(chunk.payload)
         demand((header.profile != DELTA) == key, 3017, f"profile {header.profile}, key flag {key}")
+        first = self.first or header
         if header.profile == DELTA:
+            demand(first.texture_bits == header.texture_bits, 3016, "texture bits differ in the group")
             if sequence is None:
                 return False
             sequence.add(header, chunk.payload)
             self.sequence = sequence
             return True
         mesh = independent(header, chunk.payload)
-        first = self.first or header
         demand(first.texture_bits == header.texture_bits, 3016, "texture bits differ in the group")
         demand(first.normal_bits == header.normal_bits, 3032, "normal bits differ in the group")
         self.first, self.sequence = first, Sequence(mesh)

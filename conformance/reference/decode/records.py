@@ -147,7 +147,7 @@ RECORDS = {b"jpeg": nothing, b"oexr": nothing, b"avc1": avc, b"hvc1": hevc, b"vp
 class Video:
     """A VCFG payload. codec is known unless FVV-4002 was found."""
 
-    def __init__(self, payload):
+    def __init__(self, payload, check_text):
         demand(len(payload) >= 24, 4001, "size")
         codec, width, height, shows, depth, _, transfer, matrix, full, text, record = struct.unpack_from(
             "<4sII6BHI", payload
@@ -155,6 +155,7 @@ class Video:
         demand(len(payload) == 24 + record + text, 4001, "size")
         self.codec, self.width, self.height, self.tiles = codec, width, height, shows == 0
         string = payload[24 + record :]
+        check_text(string)
         demand(max(width, height) <= 16384, 7001, f"{width} x {height} pixels")
         demand(width > 0 and height > 0 and 8 <= depth <= 16 and full < 2 and shows < 2, 4003, "range")
         self.known = codec in RECORDS

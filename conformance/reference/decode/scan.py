@@ -76,7 +76,7 @@ def scan(data):
         begin = at + HEADER
         end = begin + (size + 7) // 8 * 8
         if size > limit(kind):
-            yield Damage(at, 7001, f"a payload of {size} bytes", kind, True)
+            yield Damage(at, 1108 if size >> 63 else 7001, f"a payload of {size} bytes", kind, True)
             return
         if end > len(data):
             yield Damage(at, 1107, f"{len(data) - begin} of {size} bytes of payload", kind)

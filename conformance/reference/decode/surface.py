@@ -9,7 +9,7 @@ from .. import colours, visibility
 from ..container import Numbers, demand
 from ..range_coder import RangeDecoder
 from .configuration import MESH
-from .meshes import LATTICE_MAX
+from .meshes import LATTICE_MAX, VERTICES
 
 WEIGHTS = numpy.array([127, 0, 255, 85, 170, 113, 142], numpy.uint8)  # by state, clause 17.4
 
@@ -29,6 +29,9 @@ class Visibility:
         demand(len(payload) >= 16, 6001, "size")
         reserved, threshold, mesh_track, count, number, cameras = struct.unpack_from("<BBHIII", payload)
         demand(reserved == 0, 6001, "reserved byte")
+        demand(count <= VERTICES, 7001, f"{count} vertices")
+        if group.calibration_lost:
+            return None
         pairs = self._pairs(payload, cameras, group)
         track = group.block.tracks.get(mesh_track)
         demand(track and track.kind == MESH, 6005, f"mesh track {mesh_track}")

@@ -489,12 +489,12 @@ export class Playback {
 
   /** Whether the group that begins is read again because a repetition of its lost configuration follows it. */
   async #recalls(state) {
-    const { offset, whole } = this.#session.about();
+    const { offset, whole, configuration } = this.#session.about();
     if (whole || this.#source.inSections || this.#session.indexState !== 1) return false;
     const group = this.#index.groups.findIndex((entry) => entry.offset === offset);
     if (group < 0 || state.recalled.has(group)) return false;
     state.recalled.add(group);
-    if (!(await this.#index.find(() => this.#session.hasConfiguration(group)))) return false;
+    if (!(await this.#index.find(() => this.#session.hasConfiguration(group, configuration)))) return false;
     state.next = group;
     return true;
   }

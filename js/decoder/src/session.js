@@ -94,9 +94,9 @@ export class Session {
   join() {
     this.#check(this.#exports.fvvjs_join(this.#decoder));
   }
-  /** Whether the configuration of a group of the index can be read; bytes that are missing are noted as in open. */
-  hasConfiguration(group) {
-    return this.#exports.fvvjs_find_configuration(this.#decoder, group) >= 0;
+  /** Whether the configuration of a group of the index can be read and has the digest that the group names; bytes that are missing are noted as in open. */
+  hasConfiguration(group, digest) {
+    return this.#exports.fvvjs_find_configuration(this.#decoder, group, digest) >= 0;
   }
   /** Starts at a group of the index; false as in open. */
   play(group) {

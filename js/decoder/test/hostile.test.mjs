@@ -7,6 +7,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 
+import { root } from "../../testing/served.mjs";
 import { createDecoder, FvvError } from "../dist/index.js";
 import { compileCodec, compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
@@ -99,6 +100,18 @@ test("a configuration that only the second group finds is reported before its fr
     reports.every((code) => ["corrupt", "gap", "warning"].includes(code)),
     reports.join(" "),
   );
+});
+
+test("a group that names another configuration is not decoded", async () => {
+  const file = join(root, "conformance/cases/faulty/digest_wrong/input.fvv");
+  const decoder = await createDecoder({ source: new Uint8Array(readFileSync(file)) });
+  const issues = [];
+  decoder.addEventListener("corrupt", ({ detail }) => issues.push(detail.issue));
+  const times = [];
+  for await (const frame of decoder) times.push(frame.time);
+  decoder.close();
+  assert.deepEqual(times, [0n, 1n, 10n, 11n]);
+  assert.ok(issues.includes(1207));
 });
 
 test("sound comes after the configuration, also where damage comes first", async () => {

@@ -56,12 +56,29 @@ FVVJS_EXPORT int32_t fvvjs_play(fvvjs_decoder *d, uint32_t group) {
   return fvvjs_start_at(d, info->offset, configuration);
 }
 
-/* FVV_OK: the configuration of a group can be read, if need be from a repetition of its block. FVV_ERROR_IO
- * as above. What is pushed is not affected. */
-FVVJS_EXPORT int32_t fvvjs_find_configuration(fvvjs_decoder *d, uint32_t group) {
+/* Whether the index lists the block of a group with a digest. Blocks rise by offset. */
+static int is_listed(const fvv_file *file, const fvv_group_info *info, uint32_t digest) {
+  const fvv_index_block *blocks = (const fvv_index_block *)file->listed.data;
+  size_t low = 0, high = file->listed.size / sizeof *blocks;
+  while (low < high) {
+    const size_t middle = low + (high - low) / 2;
+    if (blocks[middle].offset < info->configuration_offset)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low < file->listed.size / sizeof *blocks && blocks[low].offset == info->configuration_offset &&
+         blocks[low].digest == digest;
+}
+
+/* FVV_OK: the configuration of a group can be read, if need be from a repetition of its block, and has the
+ * digest that its GRUP names. FVV_ERROR_IO as above. What is pushed is not affected. */
+FVVJS_EXPORT int32_t fvvjs_find_configuration(fvvjs_decoder *d, uint32_t group, uint32_t digest) {
+  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), group) : NULL;
   const fvv_configuration *configuration;
   forget(d);
-  if (!d->index) return FVV_ERROR_ARGUMENT;
+  if (!info) return FVV_ERROR_ARGUMENT;
+  if (!is_listed(d->index->file, info, digest)) return FVV_ERROR_DAMAGED;
   return fvv_stream_configuration(d->index, group, &configuration, &d->diagnostic);
 }
 

@@ -27,8 +27,9 @@ static double grid_vector(double half, double a, double b, double vector[3]) {
   double at[2] = {a, b};
   const double z = half - fabs(a) - fabs(b);
   if (z < 0) fold(half, at);
-  vector[0] = at[0];
-  vector[1] = at[1];
+  /* An integer has no -0, which the fold makes of (half - half) * -1. */
+  vector[0] = at[0] + 0.0;
+  vector[1] = at[1] + 0.0;
   vector[2] = z;
   return sqrt(at[0] * at[0] + at[1] * at[1] + z * z);
 }
