@@ -26,6 +26,9 @@ from fvv_conformance.decoder import Decoder, DecoderError  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 SHOWN = 10  # differences of a build
+# Parts that a decoder cannot give of a stream. The Python package has weights by mesh and camera, and this stream has two
+# visibility tracks for each camera.
+LEFT_OUT = {("python", "visibility/sheet.fvv"): {"visibility"}}
 
 
 class Build(NamedTuple):
@@ -175,7 +178,10 @@ def main():
             continue
         taken = time.monotonic() - started
         first = first or found
-        wrong = {name: differences(build, parts, first[name], found[name]) for name in paths}
+        wrong = {}
+        for name in paths:
+            compared = parts - LEFT_OUT.get((build.name, name), set())
+            wrong[name] = differences(build, compared, first[name], found[name])
         wrong = {name: lines for name, lines in wrong.items() if lines}
         for name in list(wrong)[:SHOWN]:
             print(f"{build.name}: {name}: {wrong[name][0]}", file=sys.stderr)
