@@ -76,6 +76,19 @@ def ball(rings, sectors, radius=500):
     return Shape(positions, faces)
 
 
+def holed_hubs(sectors):
+    """Poles of many faces, and two rings with holes between them: a decoder of edgebreaker renumbers the poles again and
+    again."""
+    positions, last = ball(3, sectors, 30 * sectors).positions, 1 + 2 * sectors
+    faces = []
+    for i in range(sectors):
+        after = (i + 1) % sectors
+        a, b, c, d = 1 + i, 1 + after, 1 + sectors + i, 1 + sectors + after
+        quad = [(0, a, b), (last, d, c), (a, c, d), (a, d, b)]
+        faces += [face for k, face in enumerate(quad) if k < 2 or (4 * i + k) % 5]
+    return Shape(positions, faces)
+
+
 def grid(columns, rows, size=10):
     """A bumpy sheet of columns x rows vertices."""
     positions = [

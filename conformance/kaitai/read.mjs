@@ -3,11 +3,15 @@
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 
-const require = createRequire(
-  new URL("../../js/package.json", import.meta.url),
-);
-const KaitaiStream =
-  require("kaitai-struct").KaitaiStream ?? require("kaitai-struct");
+const require = createRequire(new URL("../../js/package.json", import.meta.url));
+const KaitaiStream = require("kaitai-struct").KaitaiStream ?? require("kaitai-struct");
+
+/** The runtime's own is off by 2^32 for many negative numbers; here they are rounded to the nearest double. */
+KaitaiStream.prototype.readS8le = function () {
+  this.ensureBytesLeft(8);
+  this.pos += 8;
+  return Number(this._dataView.getBigInt64(this.pos - 8, true));
+};
 
 /** The class of the description, compiled. */
 async function compile() {
@@ -19,11 +23,7 @@ async function compile() {
     false,
   );
   const module = { exports: {} };
-  new Function("module", "exports", "require", files["Fvv.js"])(
-    module,
-    module.exports,
-    require,
-  );
+  new Function("module", "exports", "require", files["Fvv.js"])(module, module.exports, require);
   return module.exports.Fvv ?? module.exports;
 }
 
@@ -31,22 +31,16 @@ async function compile() {
 function plain(value) {
   if (value instanceof Uint8Array) return { bytes: value.length };
   if (Array.isArray(value)) return value.map(plain);
-  if (typeof value === "number" && !Number.isFinite(value))
-    return String(value);
+  if (typeof value === "number" && !Number.isFinite(value)) return String(value);
   if (typeof value !== "object" || value === null) return value;
-  const lists = typeof value.bytes === "object" && "value" in value;
-  if (lists) return value.value; // ULEB128
+  if ("value" in value) return value.bytes.reduceRight((sum, byte) => 128 * sum + (byte & 127), 0); // ULEB128
   const names = Object.keys(value).filter((name) => !name.startsWith("_"));
   return Object.fromEntries(names.map((name) => [name, plain(value[name])]));
 }
 
 function read(Fvv, path) {
   const data = readFileSync(path);
-  const stream = new Fvv(
-    new KaitaiStream(
-      data.buffer.slice(data.byteOffset, data.byteOffset + data.length),
-    ),
-  );
+  const stream = new Fvv(new KaitaiStream(data.buffer.slice(data.byteOffset, data.byteOffset + data.length)));
   let offset = 24;
   const chunks = stream.chunks.map((chunk) => {
     const { padding, payload, ...header } = plain(chunk);
@@ -57,10 +51,7 @@ function read(Fvv, path) {
   return { header: plain(stream.header), chunks };
 }
 
-const paths =
-  process.argv.length > 2
-    ? process.argv.slice(2)
-    : readFileSync(0, "utf8").split("\n").filter(Boolean);
+const paths = process.argv.length > 2 ? process.argv.slice(2) : readFileSync(0, "utf8").split("\n").filter(Boolean);
 const Fvv = await compile();
 for (const path of paths) {
   let found;

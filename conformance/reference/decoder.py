@@ -180,7 +180,6 @@ class Reader:
             demand(place in ("start", "configuration", "between"), 1201, "SCEN after the groups")
         elif kind == b"GRUP":
             demand(place in ("start", "configuration", "between"), 1201, "GRUP after INDX")
-            demand(place != "start", 1202, "a group before the configuration")
         elif kind == b"INDX":
             demand(place in ("configuration", "between"), 1201 if place != "start" else 1202, "place of INDX")
         elif kind == b"FOOT":
@@ -219,6 +218,7 @@ class Reader:
             elif self.place == "configuration" and (known is None or kind in CONFIGURATION):
                 self.configure(chunk, broken)
             elif self.place == "configuration":
+                self.block.complete = False
                 self.close_block()
                 self.place = "lost"
         except Broken as failure:
@@ -249,8 +249,8 @@ class Reader:
         if chunk.kind == b"SCEN":
             self.first_scene = self.first_scene or self.block.scene
 
-    def close_block(self):
-        """The end of a configuration block; its whole is checked once."""
+    def close_block(self, chunk=None):
+        """The end of a configuration block; its whole is checked once. What it lacks is only known when a GRUP names its digest."""
         block, was = self.block, self.place
         if was != "configuration" or block is None:
             return
@@ -260,7 +260,7 @@ class Reader:
                 block.finish()
             except Broken as failure:
                 block.valid = False
-                if block.complete:
+                if block.complete and chunk and chunk.payload[4:8] == digest.to_bytes(4, "little"):
                     self.damaged = True
                     self.note(block.at, failure.issue, str(failure))
         if block.valid:
@@ -269,14 +269,14 @@ class Reader:
             self.run = self.run[0] + 1, digest
 
     def begin(self, chunk, broken):
-        self.close_block()
+        self.close_block(chunk)
         self.place = "lost"
         demand(len(chunk.payload) == 24, 1204, "size of GRUP")
         sequence, digest, start, end = struct.unpack("<IIqq", chunk.payload)
         known = self.blocks.get(digest)
         group = self.group = self.group_type(chunk, known)
         self.place = "group"
-        group.at_block = self.block
+        group.at_block, group.run = self.block, self.run[0]
         if broken:
             group.damage()
         loss, self.loss = self.loss, False
@@ -288,13 +288,13 @@ class Reader:
         except Broken:
             group.damage()
             raise
-        if sequence != expected and not (loss and sequence > expected):
-            if sequence < expected:
-                group.damage()
-            raise Broken(1205, f"sequence number {sequence}, expected {expected}")
+        if sequence < expected:
+            group.damage()
+            raise Broken(1205, f"sequence number {sequence}, expected {expected}: it is repeated")
         if not loss:
             demand(self.block is not None, 1202, "a group without a configuration")
             demand(self.block.digest() == digest, 1207, "digest of the configuration")
+            demand(sequence == expected, 1205, f"sequence number {sequence}, expected {expected}")
 
     def in_group(self, chunk, broken):
         group = self.group
@@ -392,17 +392,13 @@ class Reader:
         self.close_block()
 
     def results(self):
-        frames, sounds, backgrounds, digest = [], {}, {}, None
+        frames, sounds = [], {}
         for group in self.groups:
             if group.block is None:
                 continue
-            if group.digest != digest:  # clause 18.5: an environment belongs to a configuration
-                digest, backgrounds = group.digest, {}
             frames += [{"time": time, "arrays": arrays} for time, arrays in group.whole()]
             for track, packets in group.sounds:
                 sounds.setdefault(track, []).append(packets)
-            for track, background in group.backgrounds.items():
-                backgrounds[str(track)] = {name: sha256(data) for name, data in background.arrays()}
         return {
             "status": "refused" if self.refused else "damaged" if self.issues else "whole",
             "issues": [
@@ -414,9 +410,22 @@ class Reader:
                 str(track): {**sound_of(parts), "chunks": [sound_of([part]) for part in parts]}
                 for track, parts in sorted(sounds.items())
             },
-            "background": backgrounds,
+            "background": self.background(),
             "summary": self.summary(),
         }
+
+    def background(self):
+        """Clause 18.5: the environment of the last group, found as a reader with an index finds it."""
+        groups = [group for group in self.groups if group.block]
+        if not groups:
+            return {}
+        last, out = groups[-1], {}
+        of_block = next(group for group in groups if group.at_block is last.at_block)
+        of_run = next(group for group in groups if group.run == last.run)
+        for group in of_run, of_block, last:
+            for track, background in group.backgrounds.items():
+                out[str(track)] = {name: sha256(data) for name, data in background.arrays()}
+        return out
 
     def summary(self):
         block = self.block

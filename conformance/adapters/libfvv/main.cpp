@@ -67,7 +67,8 @@ int main() {
       out = {{"error", error.what()}};
     }
     if (!id.is_null()) out["id"] = id;
-    std::cout << out.dump() << std::endl;
+    // Codes of codecs may be any bytes.
+    std::cout << out.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
   }
   return 0;
 }

@@ -66,6 +66,7 @@ def draco():
         # Not as clause 8.4 has them.
         shape("bad_float", meshes.TETRAHEDRON, 5, floats=True),
         shape("bad_beyond", meshes.BEYOND_CORNER, 5),
+        shape("bad_steps", meshes.holed_hubs(600), 5),
         shape("bad_texture_range", meshes.textured(meshes.grid(4, 4), 12), 7),
     ]
     with tempfile.NamedTemporaryFile("w", suffix=".json") as file:

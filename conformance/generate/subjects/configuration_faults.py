@@ -126,7 +126,22 @@ def tracks():
         2101,
     )
     track("twice", "Two TRAK have one identifier.", "5.2", good, 2102, identifier=1)
+    track(
+        "twice_other_kind",
+        "A mesh track and a colour track have one identifier.",
+        "5.2",
+        payloads.track(payloads.COLOURS),
+        2102,
+        1,
+    )
     track("kind_0", "The kind of a track is 0.", "5.2", payloads.track(0), 2103)
+    track(
+        "kind_0_named",
+        "The kind of a track with a name and a time base is 0.",
+        "5.2",
+        payloads.track(0, "x", **SOUND_BASE),
+        2103,
+    )
     for name, text in (
         ("byte", b"\xff"),
         ("cut", "é".encode()[:1]),
@@ -448,6 +463,13 @@ def camera_faults():
     for lens in (3, 255):
         camera(f"lens_{lens}", f"The lens model is {lens}.", "9.1", 5002, lens=lens)
     camera("identifier_65535", "The identifier is 65535.", "9.2", 5006, payloads.camera(65535))
+    camera(
+        "identifier_65535_moving",
+        "A camera that moves has the identifier 65535.",
+        "9.2",
+        5006,
+        payloads.camera(65535, flags=1),
+    )
     for name, fields in (
         ("width_zero", {"width": 0}),
         ("height_zero", {"height": 0}),

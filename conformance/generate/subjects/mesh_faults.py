@@ -292,6 +292,13 @@ def draco():
             ),
         )
     mesh(
+        "draco_steps",
+        "Joining and renumbering vertices takes more than 16 steps per face.",
+        "8.4",
+        draco_payload("bad_steps"),
+        3013,
+    )
+    mesh(
         "draco_lattice",
         "A position of a Draco mesh is beyond the lattice.",
         "8.1 8.4",

@@ -380,7 +380,20 @@ def chunk_faults():
         before=False,
         time=3,
     )
-    faulty("sound_codec_unknown", "The audio codec is unknown; the rest can be shown.", "20.1", faulty_codec)
+    faulty(
+        "sound_codec_unknown",
+        "The audio codec is unknown; the rest can be shown.",
+        "20.1",
+        faulty_codec,
+        needs_check=True,
+    )
+    faulty(
+        "sound_codec_case",
+        "The audio codec is Opus instead of opus.",
+        "20.1",
+        lambda: faulty_codec("Opus"),
+        needs_check=True,
+    )
     faulty(
         "sound_start_extreme",
         "The start of a chunk is the greatest number.",
@@ -392,9 +405,9 @@ def chunk_faults():
     )
 
 
-def faulty_codec():
+def faulty_codec(codec="flac"):
     s = opened(*tracks())
-    s.chunk("ACFG", payloads.audio(codec="flac"), track=TRACK, fault=4302)
+    s.chunk("ACFG", payloads.audio(codec=codec), track=TRACK, fault=4302)
     group(s, 0)
     s.finish()
     return s

@@ -148,8 +148,9 @@ class Group:
         return self.tracks[name]
 
     def lose(self, chunk):
-        """A chunk is invalid: its frame is not good, and what depends on it is lost."""
-        self.spoil(chunk.time)
+        """A chunk is invalid: its frame is not good, if it is part of one, and what depends on it is lost."""
+        if chunk.kind not in (b"AUDI", b"BACK"):
+            self.spoil(chunk.time)
         state = self.tracks.get((chunk.kind, chunk.track))
         if chunk.kind == b"CALB":
             self.calibration_lost = True

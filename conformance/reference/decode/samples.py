@@ -6,7 +6,7 @@ from ..container import demand
 from ..openexr import LINES, MAGIC
 from .records import obus
 
-STANDALONE = {0x01, *range(0xD0, 0xD8)}  # JPEG markers without a length
+UNEXPECTED = set(range(0xD0, 0xDB))  # JPEG markers that do not precede a frame header: RSTm, SOI, EOI, SOS
 FRAME_HEADERS = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 
 
@@ -19,10 +19,9 @@ def jpeg_size(data, issue):
         marker = data[at + 1]
         if marker == 0xFF:
             at += 1
-        elif marker in STANDALONE:
-            at += 2
         else:
-            demand(marker not in (0xD8, 0xD9, 0xDA), issue, "no frame header before the first scan")
+            demand(marker >= 0xC0, issue, f"marker {marker:02X}, which is reserved")
+            demand(marker not in UNEXPECTED, issue, "no frame header before the first scan")
             size = int.from_bytes(data[at + 2 : at + 4], "big")
             demand(size >= 2 and at + 2 + size <= len(data), issue, "a segment is cut")
             if marker in FRAME_HEADERS:

@@ -106,6 +106,7 @@ def colours_of(chunk, key, group):
     demand(len(payload) >= 16 and key, 6201, "size, or no key flag")
     luma, chroma, mesh_track, count, size, _ = struct.unpack_from("<BBHIII", payload)
     demand(1 <= luma <= 64 and 1 <= chroma <= 64 and 1 <= size <= 1 << 24, 6201, "steps or cell size")
+    demand(count <= VERTICES, 7001, f"{count} vertices")
     track = group.block.tracks.get(mesh_track)
     demand(track and track.kind == MESH and group.key_at(mesh_track, chunk.time), 6202, "no key mesh")
     mesh = group.mesh_of(mesh_track)

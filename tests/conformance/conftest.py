@@ -1,0 +1,26 @@
+"""Shared by the tests of conformance: where streams and cases are."""
+
+import json
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+CONFORMANCE = ROOT / "conformance"
+sys.path.insert(0, str(CONFORMANCE))
+
+
+class Case:
+    """A folder of conformance/cases."""
+
+    def __init__(self, folder):
+        self.name, self.path = f"{folder.parent.name}/{folder.name}", folder / "input.fvv"
+        self.data = self.path.read_bytes()
+        self.expected = json.loads((folder / "expected.json").read_text())
+
+
+def cases(tier):
+    return [Case(path.parent) for path in sorted((CONFORMANCE / "cases" / tier).glob("*/case.json"))]
+
+
+def vectors():
+    return sorted(path for path in CONFORMANCE.glob("*/*.fvv") if path.is_file())
