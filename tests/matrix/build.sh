@@ -21,9 +21,9 @@ dependencies() {
   local others=(-G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER="$cc" -DCMAKE_CXX_COMPILER="$cxx"
     -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR="$processor")
   "$root/js/decoder/wasm/fetch_sources.sh" "$all/sources" draco=libdraco-dev meshoptimizer=libmeshoptimizer-dev
-  cmake -S "$all/sources/meshoptimizer" -B "$prefix/meshoptimizer" "${others[@]}" -DCMAKE_INSTALL_PREFIX="$prefix" \
+  cmake -S "$all/sources/meshoptimizer" -B "$prefix/build" "${others[@]}" -DCMAKE_INSTALL_PREFIX="$prefix" \
     -DCMAKE_INSTALL_LIBDIR=lib
-  cmake --build "$prefix/meshoptimizer" --target install
+  cmake --build "$prefix/build" --target install
   cmake -S "$all/sources/draco" -B "$prefix/draco" "${others[@]}" -DDRACO_TESTS=OFF
   cmake --build "$prefix/draco" --target draco_static
   mkdir -p "$prefix/lib/pkgconfig"
@@ -41,7 +41,7 @@ if [[ "$processor" == native ]]; then
   plain=()
 else
   dependencies
-  common+=(-DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR="$processor" -DCMAKE_PREFIX_PATH="$all/$processor")
+  common+=(-DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR="$processor" -Dmeshoptimizer_DIR="$all/$processor/lib/cmake/meshoptimizer")
   export PKG_CONFIG_LIBDIR=$all/$processor/lib/pkgconfig PKG_CONFIG_SYSROOT_DIR=
   # No OpenSSL of that machine is needed for a hash.
   plain=(-I"$root/tests/matrix/plain" "$root/tests/matrix/plain/sha256.cpp")
@@ -55,5 +55,7 @@ cmake --build "$build" --target fvv_static
 mkdir -p "$all/include"
 ln -sfn "$(dirname "$(echo '#include <nlohmann/json.hpp>' | g++ -E -x c++ -M - | grep -o '/[^ ]*nlohmann/json.hpp')")" "$all/include/nlohmann"
 read -ra words <<<"$flags"
+# As CMakeLists.txt has it for libfvv.
+[[ "$processor" != i686 ]] || words+=(-msse2 -mfpmath=sse)
 "$cxx" -std=c++17 "${words[@]}" -ffp-contract=off -I"$root/libfvv/include" -isystem "$all/include" \
   "$root"/conformance/adapters/libfvv/*.cpp "${plain[@]}" -o "$build/adapter" "$build/libfvv/libfvv.a" "${link[@]}"

@@ -26,6 +26,9 @@ from fvv_conformance.decoder import Decoder, DecoderError  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 SHOWN = 10  # differences of a build
+# Parts that a decoder cannot give of a stream. The Python package has weights by mesh and camera, and this stream has two
+# visibility tracks for each camera.
+LEFT_OUT = {("python", "visibility/sheet.fvv"): {"visibility"}}
 
 
 class Build(NamedTuple):
@@ -70,9 +73,9 @@ def builds():
             "wasm-scalar", "WebAssembly in Node, without SIMD", command=f"{node} --import {scalar} {adapter}"
         )
     )
-    python = ROOT / "conformance/adapters/python/adapter.py"
-    if python.exists():
-        found.append(Build("python", "the Python package", command=f"{sys.executable} {python}"))
+    package = f"env PYTHONPATH={ROOT / 'build/default/bindings/python'} {sys.executable}"
+    python = ROOT / "conformance/adapters/python_package.py"
+    found.append(Build("python", "the Python package", command=f"{package} {python}"))
     return found
 
 
@@ -112,17 +115,21 @@ def without_id(answer):
 
 def differences(build, parts, first, found):
     """Lines about one case."""
-    if isinstance(found, str) or isinstance(first, str):
-        return (
-            [] if first == found else [f"{found if isinstance(found, str) else 'a report'}, expected {first}"]
-        )
+    for answer in first, found:
+        if isinstance(answer, str):
+            return [answer]
     if not build.command:
         if without_id(first) == without_id(found):
             return []
         lines = list(content_differences(first, found, parts, True))
         keys = [key for key in first if key != "id" and first[key] != found.get(key)]
         return lines or [f"{key}: {json.dumps(found.get(key))[:200]}" for key in keys]
-    return list(content_differences(first, found, parts, first["status"] == "whole"))
+    if first["status"] == "whole":
+        return list(content_differences(first, found, parts, True))
+    # A reader that follows a stream, and one with random access, know different things of what is damaged.
+    times = {int(frame["time"]) for frame in first["frames"]}
+    both = [frame for frame in found["frames"] if int(frame["time"]) in times]
+    return list(content_differences({"frames": first["frames"]}, {"frames": both}, parts, False))
 
 
 def markdown(rows, count, seconds):
@@ -171,7 +178,10 @@ def main():
             continue
         taken = time.monotonic() - started
         first = first or found
-        wrong = {name: differences(build, parts, first[name], found[name]) for name in paths}
+        wrong = {}
+        for name in paths:
+            compared = parts - LEFT_OUT.get((build.name, name), set())
+            wrong[name] = differences(build, compared, first[name], found[name])
         wrong = {name: lines for name, lines in wrong.items() if lines}
         for name in list(wrong)[:SHOWN]:
             print(f"{build.name}: {name}: {wrong[name][0]}", file=sys.stderr)

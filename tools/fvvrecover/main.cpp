@@ -55,6 +55,11 @@ cli::Exit recover_file(const std::string &input, const std::string &name, bool f
   if (result.state == recover::State::unfinished)
     std::fprintf(stderr, "%s: 0x%llx: no footer: whether more followed is not known\n", input.c_str(),
                  static_cast<unsigned long long>(file.size()));
+  if (result.state == recover::State::damaged && result.losses.empty() && !result.problems.empty()) {
+    char line[1024];
+    fvv_diagnostic_format(&result.problems.front(), input.c_str(), line, sizeof line);
+    std::fprintf(stderr, "%s; nothing is lost\n", line);
+  }
   const bool is_empty = !result.has_kept() && result.state != recover::State::whole;
   if (is_empty) result.bytes_written = 0;
   if (is_empty) std::fprintf(stderr, "%s: nothing can be kept: no group has a whole frame\n", input.c_str());

@@ -30,7 +30,8 @@ std::optional<End> parse_end(const fvv_event &event) {
              {}};
   const uint64_t kinds = fvv_get_u32(p + FVV_GEND_KIND_COUNT);
   const uint64_t table = fvv_get_u32(p + FVV_GEND_TABLE_SIZE);
-  if (!end.chunk_count || FVV_GEND_SIZE + kinds * FVV_GEND_KIND_SIZE + table != size) return std::nullopt;
+  if (!end.chunk_count || end.chunk_count > most_chunks) return std::nullopt;
+  if (FVV_GEND_SIZE + kinds * FVV_GEND_KIND_SIZE + table != size) return std::nullopt;
   const size_t at = FVV_GEND_SIZE + static_cast<size_t>(kinds) * FVV_GEND_KIND_SIZE;
   fvv_cursor cursor = {p + at, size - at, 0, 0};
   while (cursor.position < cursor.size && !cursor.failed) {
@@ -112,20 +113,27 @@ bool is_before(const Placed &a, const Placed &b) {
 // Chunks that are there twice, once; of two that claim one place it is not known which is the right one.
 std::vector<Placed> without_copies(const std::vector<Placed> &sorted) {
   std::vector<Placed> out;
+  std::map<std::pair<uint32_t, uint16_t>, size_t> here; // by type and track, of the current time
   for (const Placed &next : sorted) {
-    bool is_copy = false;
-    for (size_t i = out.size(); i-- && out[i].chunk.header.time == next.chunk.header.time;) {
-      const fvv_chunk_header &a = out[i].chunk.header, &b = next.chunk.header;
-      if (a.header_crc == b.header_crc && key_of(a) == key_of(b)) {
-        out[i].chunk = out[i].chunk.intact ? out[i].chunk : next.chunk;
-        is_copy = true;
-        break;
-      }
-      const bool is_known = place_of(a.type, a.flags) != Place::unknown;
-      if (out[i].number == next.number || (is_known && a.type == b.type && a.track == b.track))
-        out[i].conflict = is_copy = true;
+    const fvv_chunk_header &h = next.chunk.header;
+    if (!out.empty() && out.back().chunk.header.time != h.time) here.clear();
+    Placed *former = nullptr;
+    if (!out.empty() && out.back().chunk.header.time == h.time && out.back().number == next.number)
+      former = &out.back();
+    // A track has at most one chunk of a known type at one time (FVV-1209).
+    if (!former && place_of(h.type, h.flags) != Place::unknown) {
+      const auto [place, is_new] = here.emplace(std::make_pair(h.type, h.track), out.size());
+      if (!is_new) former = &out[place->second];
     }
-    if (!is_copy) out.push_back(next);
+    if (!former) {
+      out.push_back(next);
+      continue;
+    }
+    const fvv_chunk_header &other = former->chunk.header;
+    if (other.header_crc != h.header_crc || key_of(other) != key_of(h))
+      former->conflict = true;
+    else if (!former->chunk.intact)
+      former->chunk = next.chunk;
   }
   return out;
 }

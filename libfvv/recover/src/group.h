@@ -8,6 +8,9 @@
 
 namespace fvv::recover {
 
+// Chunks of one group that are looked at, as in libfvv's default limits.
+constexpr size_t most_chunks = size_t(1) << 20;
+
 // GRUP, clause 6.1.
 struct Head {
   uint32_t sequence, digest;

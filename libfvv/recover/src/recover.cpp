@@ -14,8 +14,8 @@ namespace {
 constexpr size_t most_losses = 1000;
 // A group whose chunks break rules is tried again without them; damage never takes that many rounds.
 constexpr int most_trials = 32;
-// Chunks of one group that are remembered, as in libfvv's default limits.
-constexpr size_t most_chunks = size_t(1) << 20;
+// Configurations that a group without GRUP is tried with.
+constexpr size_t most_digests = 64;
 
 // The new stream. What is written is read by a checker, too.
 class Output {
@@ -101,7 +101,8 @@ public:
            Result &result)
       : file(input), found(survey(input, progress)), scanner(input, progress), write(to), out(result),
         payloads(input) {
-    for (const auto &[digest, block] : found.blocks) digests.push_back(digest);
+    for (const auto &[digest, block] : found.blocks)
+      if (digests.size() < most_digests) digests.push_back(digest);
   }
 
   void run() {

@@ -89,10 +89,9 @@ Verdict try_group(const Block &block, const Head &head, const Slots &slots, cons
   if (fvv_checker_finish(checker.get()) == FVV_ERROR_MEMORY) throw std::bad_alloc();
   for (size_t i = 0; i < fvv_checker_problem_count(checker.get()); i++) {
     fvv_diagnostic problem = *fvv_checker_problem(checker.get(), i);
-    const auto range = std::find_if(ranges.begin(), ranges.end(), [&](const Range &r) {
-      return problem.offset >= r.begin && problem.offset < r.end;
-    });
-    const bool is_of_part = range != ranges.end();
+    const auto range = std::upper_bound(ranges.begin(), ranges.end(), problem.offset,
+                                        [](uint64_t offset, const Range &r) { return offset < r.end; });
+    const bool is_of_part = range != ranges.end() && problem.offset >= range->begin;
     const size_t part = static_cast<size_t>(range - ranges.begin());
     if (is_of_part) problem.offset += slots.slots[parts[part].slot].chunk.offset - range->begin;
     if (is_of_part)
