@@ -92,7 +92,7 @@ def junit(result):
 def html(result):
     """The page with the result inside. In a script element only "<" could end it."""
     data = json.dumps(result, ensure_ascii=True).replace("<", "\\u003c")
-    return PAGE.read_text(encoding="utf-8").replace("/*RESULT*/null", data)
+    return PAGE.read_text(encoding="utf-8").replace("/*RESULT*/ null", data)
 
 
 def as_text(result):

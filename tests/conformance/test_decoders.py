@@ -1,0 +1,55 @@
+"""The decoders of this project agree with every case, and call nothing intact that damage has changed."""
+
+import pathlib
+import sys
+
+import pytest
+
+CONFORMANCE = pathlib.Path(__file__).resolve().parent.parent.parent / "conformance"
+sys.path[:0] = [str(CONFORMANCE), str(CONFORMANCE / "adapters")]
+
+import all as adapters  # noqa: E402
+from fvv_conformance import cases, command, running, sweep  # noqa: E402
+
+CASES = cases.load(cases.default_folder())
+#: Damages of each case. ./run conformance --sweep takes more.
+SAMPLES = {"libfvv": 60, "wasm": 4, "python": 8, "reference": 3}
+
+
+def command_of(name):
+    if reason := adapters.missing(name):
+        print(f"skipped: {name}: {reason}")
+        pytest.skip(reason)
+    return adapters.commands()[name][0]
+
+
+def test_there_are_cases():
+    tiers = [case.tier for case in CASES]
+    assert tiers.count("valid") >= 200 and tiers.count("faulty") >= 200
+
+
+@pytest.mark.parametrize("name", [*SAMPLES, "example.c", "example.mjs", "example.py"])
+def test_agreement(name):
+    tested = running.test_decoder(command_of(name), CASES, jobs=2, timeout=60)
+    assert [(o.case, o.differences[:3]) for o in tested.outcomes if o.differences] == []
+    assert len(tested.outcomes) == len(CASES)
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_damage(name):
+    result = sweep.sweep_decoder(command_of(name), CASES, SAMPLES[name], False, jobs=2, timeout=60)
+    assert (result["wrong"], result["disagreed"]) == ([], [])
+    assert result["refused"] > 0 and result["damaged"] > result["damages"] * 0.8
+
+
+def test_command_line(tmp_path, capsys):
+    native = command_of("libfvv")
+    outputs = {name: tmp_path / f"result.{name}" for name in ("json", "junit", "html")}
+    given = ["run", "--decoder", native, "--only", "valid/mesh_*"]
+    given += [word for name, path in outputs.items() for word in (f"--{name}", str(path))]
+    assert command.main(given) == 0
+    assert capsys.readouterr().out.startswith("decoder")
+    assert all(path.stat().st_size > 500 for path in outputs.values())
+    assert command.main(given) == 1  # they exist
+    assert "--force" in capsys.readouterr().err
+    assert command.main([*given, "--force"]) == 0
