@@ -399,8 +399,6 @@ class Reader:
             frames += [{"time": time, "arrays": arrays} for time, arrays in group.whole()]
             for track, packets in group.sounds:
                 sounds.setdefault(track, []).append(packets)
-            for track, background in group.backgrounds.items():
-                backgrounds[str(track)] = {name: sha256(data) for name, data in background.arrays()}
         return {
             "status": "refused" if self.refused else "damaged" if self.issues else "whole",
             "issues": [
@@ -412,9 +410,22 @@ class Reader:
                 str(track): {**sound_of(parts), "chunks": [sound_of([part]) for part in parts]}
                 for track, parts in sorted(sounds.items())
             },
-            "background": backgrounds,
+            "background": self.background(),
             "summary": self.summary(),
         }
+
+    def background(self):
+        """Clause 18.5: the environment of the last group, found as a reader with an index finds it."""
+        groups = [group for group in self.groups if group.block]
+        if not groups:
+            return {}
+        last, out = groups[-1], {}
+        of_block = next(group for group in groups if group.at_block is last.at_block)
+        of_run = next(group for group in groups if group.run == last.run)
+        for group in of_run, of_block, last:
+            for track, background in group.backgrounds.items():
+                out[str(track)] = {name: sha256(data) for name, data in background.arrays()}
+        return out
 
     def summary(self):
         block = self.block
