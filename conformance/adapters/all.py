@@ -42,6 +42,17 @@ def commands():
     }
 
 
+#: Cases that an interface cannot show, although nothing is wrong.
+LEFT_OUT = {
+    # Two visibility tracks of one mesh with the same cameras: the package gives the weights of the first.
+    "python": {"valid/vector_visibility_sheet"},
+}
+
+
+def cases_for(name, cases):
+    return [case for case in cases if case.name not in LEFT_OUT.get(name, ())]
+
+
 BROWSERS = {"chromium": "chromium", "firefox": "firefox-esr"}
 
 

@@ -163,7 +163,7 @@ def doubtful(clip, content, problems):
         group = chunks["group"][chunks["offset"] == offset]
         if issue >= 3000 and issue not in FINAL:
             found = chunks["offset"] == offset
-        elif issue in FINAL or 2000 <= issue < 3000 or problem.chunk in BLOCK:
+        elif issue in FINAL or 2000 <= issue < 3000 or (issue == 1201 and problem.chunk in BLOCK):
             found = chunks["offset"] >= offset
         else:
             found = (chunks["offset"] >= offset) & numpy.isin(chunks["group"], group)

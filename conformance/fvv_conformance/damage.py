@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 FILE_HEADER = 24
 CHUNK_HEADER = 32
-#: Bytes up to which every cut and every bit is tried, if all are asked for.
+#: Bytes up to which every cut and every bit is tried by `every`.
 SMALL = 8192
 #: Types of chunks that are in groups alone.
 IN_GROUPS = frozenset((b"MESH", b"VPKT", b"CALB", b"VISI", b"BACK", b"AUDI", b"COLR"))

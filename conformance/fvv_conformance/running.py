@@ -29,11 +29,11 @@ class Tested(NamedTuple):
 
     def counts(self, cases):
         """(agreed, of) for each tier."""
-        bad = {outcome.case for outcome in self.outcomes if outcome.differences}
+        good = {outcome.case: not outcome.differences for outcome in self.outcomes}
         return {
             tier: (
-                sum(case.tier == tier and case.name not in bad for case in cases),
-                sum(case.tier == tier for case in cases),
+                sum(good.get(case.name, False) for case in cases if case.tier == tier),
+                sum(case.name in good for case in cases if case.tier == tier),
             )
             for tier in TIERS
         }

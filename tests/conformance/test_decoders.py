@@ -6,14 +6,14 @@ import sys
 import pytest
 
 CONFORMANCE = pathlib.Path(__file__).resolve().parent.parent.parent / "conformance"
-sys.path[:0] = [str(CONFORMANCE), str(CONFORMANCE / "adapters")]
+sys.path.insert(0, str(CONFORMANCE))
 
-import all as adapters  # noqa: E402
+from adapters import all as adapters  # noqa: E402
 from fvv_conformance import cases, command, running, sweep  # noqa: E402
 
 CASES = cases.load(cases.default_folder())
 #: Damages of each case. ./run conformance --sweep takes more.
-SAMPLES = {"libfvv": 60, "wasm": 4, "python": 8, "reference": 3}
+SAMPLES = {"libfvv": 30, "wasm": 2, "python": 4, "reference": 1}
 
 
 def command_of(name):
@@ -30,14 +30,16 @@ def test_there_are_cases():
 
 @pytest.mark.parametrize("name", [*SAMPLES, "example.c", "example.mjs", "example.py"])
 def test_agreement(name):
-    tested = running.test_decoder(command_of(name), CASES, jobs=2, timeout=60)
+    found = adapters.cases_for(name, CASES)
+    tested = running.test_decoder(command_of(name), found, jobs=2, timeout=60)
     assert [(o.case, o.differences[:3]) for o in tested.outcomes if o.differences] == []
-    assert len(tested.outcomes) == len(CASES)
+    assert len(tested.outcomes) == len(found) >= len(CASES) - 1
 
 
 @pytest.mark.parametrize("name", SAMPLES)
 def test_damage(name):
-    result = sweep.sweep_decoder(command_of(name), CASES, SAMPLES[name], False, jobs=2, timeout=60)
+    found = adapters.cases_for(name, CASES)
+    result = sweep.sweep_decoder(command_of(name), found, SAMPLES[name], False, jobs=2, timeout=60)
     assert (result["wrong"], result["disagreed"]) == ([], [])
     assert result["refused"] > 0 and result["damaged"] > result["damages"] * 0.8
 

@@ -1,0 +1,93 @@
+"""./run conformance: all decoders of this project over all cases and over damaged streams, into build/conformance."""
+
+import argparse
+import json
+import pathlib
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+
+from adapters import all as adapters  # noqa: E402
+from fvv_conformance import cases, outputs, running, sweep  # noqa: E402
+from fvv_conformance.command import Progress, print_sweep  # noqa: E402
+
+DECODERS = ("libfvv", "wasm", "python", "reference", "chromium", "firefox")
+#: Browsers decode with the code of "wasm" and take ten times as long: they are compared with cases alone.
+SWEPT = ("libfvv", "wasm", "python", "reference")
+
+
+def runnable(names):
+    for name in names:
+        if reason := adapters.missing(name):
+            print(f"skipped: {name}: {reason}")
+        else:
+            yield name, adapters.commands()[name][0]
+
+
+def compare(found):
+    tested = []
+    for name, command in runnable(DECODERS):
+        progress = Progress(name)
+        tested.append(running.test_decoder(command, adapters.cases_for(name, found), 2, 60, progress.step))
+        progress.close()
+    return running.as_json(list(running.with_distinct_names(tested)), found)
+
+
+def damaged(found, count, exhaustive):
+    rows = []
+    for name, command in runnable(SWEPT):
+        for live in (False, True):
+            if live and name in ("python", "reference"):
+                continue
+            progress = Progress(f"{name}: damages")
+            every = exhaustive and name == "libfvv" and not live
+            row = sweep.sweep_decoder(
+                command, adapters.cases_for(name, found), count, every, 2, 60, live, progress.step
+            )
+            progress.close()
+            row["decoder"] += ", pushed" if live else ""
+            rows.append(row)
+    return rows
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="./run conformance", description=__doc__)
+    parser.add_argument(
+        "--sweep", metavar="N", type=int, default=20, help="damages of each case (default 20); 0: none"
+    )
+    parser.add_argument(
+        "--all", action="store_true", help="libfvv: every cut and every bit of cases up to 8 kB"
+    )
+    arguments = parser.parse_args()
+    start = time.monotonic()
+    found = cases.load(cases.default_folder())
+    result = compare(found)
+    outputs.print_result(result)
+    result["sweep"] = (
+        damaged(found, arguments.sweep, arguments.all) if arguments.sweep or arguments.all else []
+    )
+    print()
+    print_sweep(result["sweep"], sys.stdout)
+    silent = sum(row["silent"] for row in result["sweep"])
+    result["figures"]["sweep.silent_wrong"] = silent
+    folder = adapters.ROOT / "build/conformance"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, make in (
+        ("result.json", outputs.as_text),
+        ("junit.xml", outputs.junit),
+        ("index.html", outputs.html),
+    ):
+        outputs.write_file(folder / name, make(result), force=True)
+    print()
+    for name, value in result["figures"].items():
+        print(f"{name}: {json.dumps(value)}")
+    print(f"{time.monotonic() - start:.0f} s; {folder.relative_to(adapters.ROOT)}/index.html")
+    bad = any(one["disagreements"] for one in result["decoders"])
+    return (
+        1 if bad or any(row["silent"] or row["failed"] or row["disagreed"] for row in result["sweep"]) else 0
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
