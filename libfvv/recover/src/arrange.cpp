@@ -11,7 +11,7 @@
 namespace fvv::recover {
 
 std::optional<Head> parse_head(const fvv_event &event) {
-  if (event.chunk.size != FVV_GRUP_SIZE) return std::nullopt;
+  if (event.chunk.size != FVV_GRUP_SIZE || !is_regular(event.chunk)) return std::nullopt;
   const uint8_t *p = event.payload;
   const Head head = {fvv_get_u32(p + FVV_GRUP_SEQUENCE), fvv_get_u32(p + FVV_GRUP_CONFIGURATION_CRC),
                      fvv_get_i64(p + FVV_GRUP_START), fvv_get_i64(p + FVV_GRUP_END)};
@@ -21,7 +21,7 @@ std::optional<Head> parse_head(const fvv_event &event) {
 
 std::optional<End> parse_end(const fvv_event &event) {
   const auto size = static_cast<size_t>(event.chunk.size);
-  if (size < FVV_GEND_SIZE) return std::nullopt;
+  if (size < FVV_GEND_SIZE || !is_regular(event.chunk)) return std::nullopt;
   const uint8_t *p = event.payload;
   End end = {fvv_get_u32(p + FVV_GEND_SEQUENCE),
              fvv_get_u32(p + FVV_GEND_CHUNK_COUNT),

@@ -7,14 +7,19 @@ namespace fvv::recover {
 
 namespace {
 
+enum class Track { none, own, any };
+
 struct Row {
   uint32_t type;
   Place place;
+  uint8_t flags;
+  Track track;
 };
 
 constexpr Place CONFIGURATION = Place::configuration, GROUP = Place::group, FRAME = Place::frame,
                 END = Place::end;
-#define ROW(type, place, flags, track) {type, place},
+constexpr Track NONE = Track::none, OWN = Track::own, ANY = Track::any;
+#define ROW(type, place, flags, track) {type, place, flags, track},
 constexpr Row rows[] = {FVV_CHUNK_TABLE(ROW)};
 #undef ROW
 
@@ -26,6 +31,18 @@ Place place_of(uint32_t type, uint8_t flags) {
   for (const Row &row : rows)
     if (row.type == type && (place == Place::unknown || flags & FVV_FLAG_KEY)) place = row.place;
   return place;
+}
+
+bool is_regular(const fvv_chunk_header &header) {
+  const Place place = place_of(header.type, header.flags);
+  if (place == Place::unknown) return !(header.flags & ~FVV_FLAG_KEY);
+  for (const Row &row : rows) {
+    if (row.type != header.type || row.place != place) continue;
+    const int optional = place == Place::frame ? FVV_FLAG_KEY : 0;
+    return (header.flags & ~optional) == row.flags && (row.track != NONE || !header.track) &&
+           (row.track != OWN || header.track) && (place != Place::configuration || !header.time);
+  }
+  return false;
 }
 
 uint32_t continue_chain(uint32_t crc, const fvv_chunk_header &header) {

@@ -11,6 +11,10 @@ namespace fvv::recover {
 enum class Place { unknown, configuration, group, frame, end };
 Place place_of(uint32_t type, uint8_t flags);
 
+// Whether flags, track and time are those of the type (clauses 4.2 and 4.6): a writer would put right what is
+// not, and the bytes of a group must not change unnoticed.
+bool is_regular(const fvv_chunk_header &header);
+
 // Sound and backgrounds last longer than the frame whose time they have: frames are whole without them.
 inline bool is_of_frame(const fvv_chunk_header &header) {
   return header.track && header.type != FVV_CHUNK_AUDIO && header.type != FVV_CHUNK_BACKGROUND;

@@ -130,7 +130,7 @@ private:
   }
 
   void take_chunk(const fvv_event &event) {
-    const Chunk chunk = {event.chunk, event.offset, true};
+    const Chunk chunk = {event.chunk, event.offset, is_regular(event.chunk)};
     switch (place_of(event.chunk.type, event.chunk.flags)) {
     case Place::configuration:
       if (event.chunk.type == FVV_CHUNK_SCENE || open) close(std::nullopt);

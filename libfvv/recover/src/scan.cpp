@@ -72,20 +72,22 @@ public:
     }
     if (place != Place::configuration && place != Place::unknown) close();
     if (!is_open) return;
+    is_good = is_good && is_regular(chunk.header);
     block.digest = continue_chain(block.digest, chunk.header);
     if (chunk.header.type == FVV_CHUNK_TILES) block.tiled.insert(chunk.header.track);
     block.chunks.push_back(chunk);
   }
   void close() {
-    if (is_open) known.emplace(block.digest, block);
+    if (is_open && is_good) known.emplace(block.digest, block);
     is_open = false;
+    is_good = true;
     block = Block();
   }
 
 private:
   std::map<uint32_t, Block> &known;
   Block block;
-  bool is_open = false;
+  bool is_open = false, is_good = true;
 };
 
 void read_index(const fvv_event &event, Survey &out) {

@@ -11,9 +11,9 @@
 #include "fvv/mesh.h"
 #include "mesh/normals.h"
 
-/* Results are rounded once (FVV-9008), which 80 bits of the x87 would not do. 16 concerns half floats alone.
- */
-_Static_assert(FLT_EVAL_METHOD == 0 || FLT_EVAL_METHOD == 16, "compile for SSE2: -msse2 -mfpmath=sse");
+/* Results are rounded once (FVV-9008), which 80 bits of the x87 (2) would not do. Other methods concern
+ * floats alone. */
+_Static_assert(FLT_EVAL_METHOD >= 0 && FLT_EVAL_METHOD != 2, "compile for SSE2: -msse2 -mfpmath=sse");
 
 /* The product has a name of its own so that it is rounded: FMA would give other last bits. */
 static double metres_of(double origin, double step, int32_t index) {
