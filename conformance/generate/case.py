@@ -5,7 +5,9 @@ import pathlib
 import re
 from typing import NamedTuple
 
+from reference import possible
 from reference.container import DATA
+from reference.decoder import report
 
 CASES = pathlib.Path(__file__).resolve().parent.parent / "cases"
 FORMAT = f"{DATA['format']['major']}.{DATA['format']['minor']}"
@@ -106,13 +108,8 @@ def description(case, fault):
 
 def expectation(case, data, fault):
     """expected.json. What the stream holds comes from the reference decoder; status, issue and place from the writer."""
-    try:
-        from reference import possible
-        from reference.decoder import report
-    except ImportError:  # it is being written
-        report = None
-    found = report(data) if report else {}
-    if fault and report:
+    found = report(data)
+    if fault:
         found["frames"] = possible.frames(data)
     refused = bool(fault) and (case.refused or fault[0] in REFUSED)
     out = {"status": "refused" if refused else "damaged" if fault else "whole"}

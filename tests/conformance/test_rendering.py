@@ -40,6 +40,7 @@ def test_fvvrender_draws_the_vectors():
 
 
 def test_python_draws_the_vectors():
+    pytest.importorskip("fvv", reason="the Python package is not built: -DFVV_PYTHON_PACKAGE=ON")
     code, result, text = rendered("--renderer", PYTHON)
     assert code == 0, text
     vectors = result["renderers"][0]["vectors"]
