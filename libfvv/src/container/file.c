@@ -485,7 +485,9 @@ static fvv_status fill_table(fvv_file *f, fvv_index_entry *entry, fvv_bytes **ta
   if (status <= FVV_ERROR_DAMAGED && status != FVV_ERROR_LIMIT) {
     entry->group.intact = 0;
     status = fvv_bytes_append(&f->damage, &why, sizeof why);
-    return status == FVV_OK ? scan_group(f, &entry->group, *table, diagnostic) : status;
+    /* Another group is here, of which the listed bytes may be a part. */
+    if (status < 0 || why.issue == FVV_ISSUE_INDEX) return status;
+    return scan_group(f, &entry->group, *table, diagnostic);
   }
   if (status < 0 && diagnostic) *diagnostic = why;
   return status;
