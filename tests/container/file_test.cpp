@@ -1,6 +1,8 @@
 // Random access: through the index, and without it.
 #include "container_fixture.h"
 
+#include <algorithm>
+
 namespace {
 
 struct MemoryInput {
@@ -207,6 +209,30 @@ TEST_CASE("groups that moved are listed once, although the index has them elsewh
     }
     CHECK(f.payloads() == expected(6));
   }
+}
+
+TEST_CASE("groups that changed places give no chunks by the entries of each other") {
+  const Bytes stream = small_stream(3);
+  std::vector<size_t> groups;
+  for (const size_t at : chunk_offsets(stream)) {
+    const uint32_t type = fvv_get_u32(stream.data() + at);
+    if (type == FVV_CHUNK_GROUP || type == FVV_CHUNK_INDEX) groups.push_back(at);
+  }
+  REQUIRE(groups.size() == 4);
+  // The second group is the longer one: its first bytes would pass for a whole group.
+  Bytes exchanged = stream;
+  std::rotate(exchanged.begin() + long(groups[0]), exchanged.begin() + long(groups[1]),
+              exchanged.begin() + long(groups[2]));
+  REQUIRE(groups[2] - groups[1] > groups[1] - groups[0]);
+  Opened f(exchanged);
+  REQUIRE(f.status == FVV_OK);
+  CHECK(fvv_file_index_state(f.file) == FVV_INDEX_PRESENT);
+  const std::vector<Bytes> all = expected(6);
+  CHECK(f.payloads() == std::vector<Bytes>(all.begin() + 8, all.end()));
+  REQUIRE(fvv_file_damage_count(f.file) == 2);
+  CHECK(fvv_file_damage(f.file, 0)->issue == FVV_ISSUE_INDEX);
+  CHECK(fvv_file_group(f.file, 0)->intact == 0);
+  CHECK(fvv_file_group(f.file, 2)->intact == 1);
 }
 
 TEST_CASE("a group whose GRUP or GEND is lost still gives its chunks") {

@@ -297,12 +297,18 @@ static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
   return status;
 }
 
-/* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. */
+/* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. Where one has
+ * a time of another group, all belong to that one. */
 static fvv_status scan_group(fvv_file *file, const fvv_group_info *group, fvv_bytes *chunks,
                              fvv_diagnostic *diagnostic) {
   scan_state state = {file, chunks, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 0};
   chunks->size = 0;
-  return scan_range(&state, group->offset, group->size, diagnostic);
+  const fvv_status status = scan_range(&state, group->offset, group->size, diagnostic);
+  const fvv_chunk_info *chunk = (const fvv_chunk_info *)chunks->data;
+  for (size_t c = 0; c < chunks->size / sizeof *chunk; c++)
+    if (fvv_makes_frame(chunk[c].type) && (chunk[c].time < group->start || chunk[c].time >= group->end))
+      chunks->size = 0;
+  return status;
 }
 
 /* Footer, then index. Any failure only means that the index has to be rebuilt. */
