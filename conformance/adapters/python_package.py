@@ -117,13 +117,14 @@ def backgrounds(clip, frames):
     if joined is None:
         return {}
     tracks = counts_of_backgrounds(clip)
-    whole = [sum(counts) for counts in zip(*(row[1:] for row in tracks))]
-    if whole != [len(joined.parts), len(joined.pictures), len(joined.lights)]:
-        # One of several is lost, or another configuration has others.
-        tracks = tracks[-1:] if len(tracks) == 1 else []
+    lists = (joined.parts, joined.pictures, joined.lights)
+    if len(tracks) == 1:
+        # The last chunk may be that of another configuration.
+        tracks = [(tracks[0][0], *map(len, lists))]
+    elif [sum(counts) for counts in zip(*(row[1:] for row in tracks))] != list(map(len, lists)):
+        return {}  # one of several is lost: which one is not known
     out, at = {}, [0, 0, 0]
     for track, *counts in tracks:
-        lists = (joined.parts, joined.pictures, joined.lights)
         some = [values[i : i + count] for values, i, count in zip(lists, at, counts)]
         at = [i + count for i, count in zip(at, counts)]
         out[str(track)] = dict(background_arrays(*some))

@@ -7,7 +7,7 @@ import threading
 from typing import NamedTuple
 
 from . import damage
-from .compare import content_differences, describe_differences, number
+from .compare import background_differences, content_differences, describe_differences, number
 from .decoder import Decoder
 
 #: Damages that a process gets at once.
@@ -35,13 +35,19 @@ def same_content(baseline, report, parts):
     return not list(content_differences(baseline, report, parts, True))
 
 
-def verdict(baseline, report, one, parts):
-    """baseline: the decoder's own report on the stream without damage."""
+def wrong_background(backgrounds, found):
+    """found: the environment under the last configuration that was read, which may be any of the stream's."""
+    differences = [list(background_differences(one, found, False)) for one in backgrounds]
+    return [] if not all(differences) else differences[-1]
+
+
+def verdict(baseline, backgrounds, report, one, parts):
+    """baseline: the decoder's own report on the stream without damage. backgrounds: those under each of its configurations."""
     if isinstance(report, str):
         return Verdict("failed", report)
-    # The last group is another, and may have another configuration with its own environment.
-    compared = parts - {"background"} if one.kind == "group-exchange" else parts
-    wrong = list(content_differences(baseline, report, compared, False))
+    wrong = list(content_differences(baseline, report, parts - {"background"}, False))
+    if "background" in parts:
+        wrong += wrong_background(backgrounds, report.get("background", {}))
     if wrong:
         return Verdict("silent", wrong[0])
     times = {number(frame["time"]) for frame in report["frames"]}
@@ -67,9 +73,9 @@ def verdict(baseline, report, one, parts):
     return Verdict("silent", "something is missing, and nothing is reported")
 
 
-def judge(baseline, report, one, parts):
+def judge(baseline, backgrounds, report, one, parts):
     try:
-        return verdict(baseline, report, one, parts)
+        return verdict(baseline, backgrounds, report, one, parts)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         return Verdict(
             "failed", f"the report has not the form of the protocol: {type(error).__name__}: {error}"
@@ -135,9 +141,16 @@ def sweep_decoder(command, cases, sample, exhaustive, jobs, timeout, live=False,
             return next(waiting, None)
 
     def baseline_of(decoder, case):
-        (report,) = decoder.decode_all([request_of(case.content, live)])
-        wrong = describe_differences(case.tier, case.expected, report, decoder.parts)
-        return None if wrong else report
+        """The report on a case and the environments of its configurations, or None."""
+        # A stream may end before a later configuration; then an earlier one is the last.
+        blocks = damage.blocks_of(damage.chunks_of(case.content))[1:] if "background" in decoder.parts else []
+        contents = [case.content, *(case.content[: block.begin] for block in blocks)]
+        report, *cut = decoder.decode_all(request_of(content, live) for content in contents)
+        if describe_differences(case.tier, case.expected, report, decoder.parts):
+            return None
+        return report, [
+            one["background"] for one in [*cut, report] if isinstance(one, dict) and "background" in one
+        ]
 
     def work(_):
         with Decoder(command, timeout) as decoder:
@@ -154,7 +167,7 @@ def sweep_decoder(command, cases, sample, exhaustive, jobs, timeout, live=False,
                     continue
                 answers = decoder.decode_all(request_of(one.content, live) for one in damages)
                 for one, answer in zip(damages, answers):
-                    results[0].take(case, one, judge(baseline, answer, one, decoder.parts))
+                    results[0].take(case, one, judge(*baseline, answer, one, decoder.parts))
                 on_step(len(damages))
 
     with concurrent.futures.ThreadPoolExecutor(max(jobs, 1)) as pool:

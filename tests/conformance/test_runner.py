@@ -106,8 +106,12 @@ def test_faulty_streams():
     assert describe_differences("faulty", {**FAULTY, "needs_check": True}, unchecked, PARTS - {"check"}) == []
 
 
+EARLIER = {"5": {"light/0": "e1", "part/0/faces": "e2"}}
+
+
 def verdict(report, parts=PARTS, kind="bit", others=()):
-    return judge(WHOLE, report, damage.Damage("x", kind, b"", frozenset(others)), parts).outcome
+    backgrounds = [EARLIER, WHOLE["background"]]
+    return judge(WHOLE, backgrounds, report, damage.Damage("x", kind, b"", frozenset(others)), parts).outcome
 
 
 def test_verdicts():
@@ -128,6 +132,8 @@ def test_verdicts():
         verdict(changed(FAULTY, sounds={"4": {**one_chunk, "chunks": [{**one_chunk, "sha256": "0"}]}}))
         == "silent"
     )
+    assert verdict(changed(FAULTY, background=EARLIER)) == "damaged"
+    assert verdict(changed(FAULTY, background={"5": {"light/0": "e1"}})) == "silent"
     assert verdict("no answer") == verdict({}) == "failed"
 
 
