@@ -140,12 +140,8 @@ json summary(const fvv_checker *checker, const Seen &seen) {
   }
   for (size_t i = 0; configuration && i < configuration->camera_count; i++)
     cameras.push_back(configuration->cameras[i].id);
-  return {{"groups", found.groups},
-          {"frames", found.frames},
-          {"tracks", tracks},
-          {"cameras", cameras},
-          {"ended", found.has_footer != 0},
-          {"indexed", seen.has_index}};
+  return {{"groups", found.groups}, {"frames", found.frames},         {"tracks", tracks},
+          {"cameras", cameras},     {"ended", found.has_footer != 0}, {"indexed", seen.has_index}};
 }
 
 } // namespace

@@ -297,8 +297,8 @@ static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
   return status;
 }
 
-/* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. Where one has
- * a time of another group, all belong to that one. */
+/* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. Where
+ * one has a time of another group, all belong to that one. */
 static fvv_status scan_group(fvv_file *file, const fvv_group_info *group, fvv_bytes *chunks,
                              fvv_diagnostic *diagnostic) {
   scan_state state = {file, chunks, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 0};
