@@ -24,6 +24,8 @@ dependencies() {
   cmake -S "$all/sources/meshoptimizer" -B "$prefix/build" "${others[@]}" -DCMAKE_INSTALL_PREFIX="$prefix" \
     -DCMAKE_INSTALL_LIBDIR=lib
   cmake --build "$prefix/build" --target install
+  grep -q ToHostOrder "$all/sources/draco/src/draco/core/decoder_buffer.h" ||
+    patch -s -p1 -d "$all/sources/draco" -i "$root/tests/matrix/draco_big_endian.patch"
   cmake -S "$all/sources/draco" -B "$prefix/draco" "${others[@]}" -DDRACO_TESTS=OFF
   cmake --build "$prefix/draco" --target draco_static
   mkdir -p "$prefix/lib/pkgconfig"
