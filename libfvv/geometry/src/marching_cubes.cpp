@@ -1,8 +1,11 @@
-#include "fvv_geometry/hull.h"
+#include "fvv_geometry/marching_cubes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <set>
+#include <unordered_map>
 #include <utility>
 
 namespace fvv::hull {
@@ -33,34 +36,105 @@ int critical_corners(int inside) {
 
 } // namespace
 
-void compose_well(const Grid &grid, std::vector<double> &value) {
+namespace {
+
+class Dense : public Field {
+public:
+  explicit Dense(std::vector<double> &of) : values(of) {}
+  double value(size_t point) const override { return values[point]; }
+  void set(size_t point, double value) override { values[point] = value; }
+
+private:
+  std::vector<double> &values;
+};
+
+std::array<size_t, 8> corners_of(const Grid &grid, size_t cell) {
+  std::array<size_t, 8> out;
+  for (int c = 0; c < 8; c++)
+    out[size_t(c)] =
+        cell + size_t(c & 1) + size_t(c >> 1 & 1) * grid.stride(1) + size_t(c >> 2) * grid.stride(2);
+  return out;
+}
+
+// Bit c for corner c, numbered by bits x = 1, y = 2, z = 4.
+int signs(const Field &field, const std::array<size_t, 8> &corner) {
+  int inside = 0;
+  for (int c = 0; c < 8; c++) inside |= int(field.value(corner[size_t(c)]) < 0) << c;
+  return inside;
+}
+
+std::vector<size_t> mixed_cells(const Grid &grid, const std::vector<double> &value) {
+  std::vector<size_t> out;
+  for (size_t k = 0; k + 1 < grid.count[2]; k++)
+    for (size_t j = 0; j + 1 < grid.count[1]; j++)
+      for (size_t i = 0; i + 1 < grid.count[0]; i++) {
+        const std::array<size_t, 8> corner = corners_of(grid, grid.at(i, j, k));
+        const bool first = value[corner[0]] < 0;
+        if (std::any_of(corner.begin(), corner.end(), [&](size_t c) { return (value[c] < 0) != first; }))
+          out.push_back(corner[0]);
+      }
+  return out;
+}
+
+// Calls visit with the first points of the up to eight cells around a point.
+template <class Visit> void cells_around(const Grid &grid, size_t point, Visit visit) {
+  const std::array<size_t, 3> p = grid.place(point);
+  for (int c = 0; c < 8; c++) {
+    const size_t back[3] = {size_t(c & 1), size_t(c >> 1 & 1), size_t(c >> 2)};
+    bool there = true;
+    for (size_t a = 0; a < 3; a++) there = there && p[a] >= back[a] && p[a] - back[a] + 1 < grid.count[a];
+    if (there) visit(point - back[0] - back[1] * grid.stride(1) - back[2] * grid.stride(2));
+  }
+}
+
+// Rounds over the cells in their order, each as if over all cells of the grid; those without a diagonal are
+// passed over. mixed: as march() has it, before and after.
+void compose(const Grid &grid, Field &field, std::vector<size_t> &mixed) {
   // Changes to either side stay nearest to the surface, but may alternate without end; growth terminates.
   constexpr int free_rounds = 8;
-  bool changed = true;
-  for (int round = 0; changed; round++) {
-    changed = false;
-    for (size_t k = 0; k + 1 < grid.count[2]; k++)
-      for (size_t j = 0; j + 1 < grid.count[1]; j++)
-        for (size_t i = 0; i + 1 < grid.count[0]; i++) {
-          size_t corner[8];
-          int inside = 0;
-          for (int c = 0; c < 8; c++) {
-            corner[c] = grid.at(i + size_t(c & 1), j + size_t(c >> 1 & 1), k + size_t(c >> 2));
-            inside |= int(value[corner[c]] < 0) << c;
-          }
-          if (inside == 0 || inside == 255) continue;
-          int critical = critical_corners(inside);
-          if (critical == 0) continue;
-          if (round >= free_rounds) critical = (critical & ~inside) ? critical & ~inside : 0xff & ~inside;
-          size_t nearest = SIZE_MAX;
-          for (int c = 0; c < 8; c++)
-            if (critical >> c & 1 &&
-                (nearest == SIZE_MAX || std::abs(value[corner[c]]) < std::abs(value[nearest])))
-              nearest = corner[c];
-          value[nearest] = value[nearest] < 0 ? 1e-3 * grid.cell : -1e-3 * grid.cell;
-          changed = true;
-        }
+  std::set<size_t> now, next, touched;
+  for (const size_t cell : mixed)
+    if (critical_corners(signs(field, corners_of(grid, cell)))) now.insert(now.end(), cell);
+  for (int round = 0; !now.empty(); round++) {
+    while (!now.empty()) {
+      const size_t cell = *now.begin();
+      now.erase(now.begin());
+      const std::array<size_t, 8> corner = corners_of(grid, cell);
+      const int inside = signs(field, corner);
+      int critical = critical_corners(inside);
+      if (critical == 0) continue;
+      if (round >= free_rounds) critical = (critical & ~inside) ? critical & ~inside : 0xff & ~inside;
+      size_t nearest = SIZE_MAX;
+      double least = 0;
+      for (int c = 0; c < 8; c++) {
+        const double size = std::abs(field.value(corner[size_t(c)]));
+        if (critical >> c & 1 && (nearest == SIZE_MAX || size < least))
+          nearest = corner[size_t(c)], least = size;
+      }
+      field.set(nearest, (field.value(nearest) < 0 ? 1e-3 : -1e-3) * grid.cell);
+      cells_around(grid, nearest, [&](size_t around) {
+        (around > cell ? now : next).insert(around);
+        touched.insert(around);
+      });
+    }
+    std::swap(now, next);
   }
+  if (touched.empty()) return;
+  std::vector<size_t> all;
+  std::set_union(mixed.begin(), mixed.end(), touched.begin(), touched.end(), std::back_inserter(all));
+  mixed.clear();
+  for (const size_t cell : all) {
+    const int inside = signs(field, corners_of(grid, cell));
+    if (inside != 0 && inside != 0xff) mixed.push_back(cell);
+  }
+}
+
+} // namespace
+
+void compose_well(const Grid &grid, std::vector<double> &value) {
+  Dense field(value);
+  std::vector<size_t> mixed = mixed_cells(grid, value);
+  compose(grid, field, mixed);
 }
 
 namespace {
@@ -120,34 +194,35 @@ struct Cases {
 } // namespace
 
 Surface march(const Grid &grid, std::vector<double> &value, const Crossing &crossing) {
+  Dense field(value);
+  return march(grid, field, mixed_cells(grid, value), crossing);
+}
+
+Surface march(const Grid &grid, Field &field, std::vector<size_t> mixed, const Crossing &crossing) {
   static const Cases cases;
-  compose_well(grid, value);
-  constexpr uint32_t no_vertex = UINT32_MAX;
-  std::vector<uint32_t> vertex(grid.points() * 3, no_vertex); // on the edge from a point along an axis
+  compose(grid, field, mixed);
+  std::unordered_map<uint64_t, uint32_t> vertex; // on an edge
+  vertex.reserve(mixed.size());
   Surface out;
-  for (size_t k = 0; k + 1 < grid.count[2]; k++)
-    for (size_t j = 0; j + 1 < grid.count[1]; j++)
-      for (size_t i = 0; i + 1 < grid.count[0]; i++) {
-        size_t inside = 0;
-        for (int c = 0; c < 8; c++)
-          inside |= size_t(value[grid.at(i + size_t(c & 1), j + size_t(c >> 1 & 1), k + size_t(c >> 2))] < 0)
-                    << c;
-        for (size_t n = 0; n < cases.size[inside]; n++) {
-          const int edge = cases.edges[inside][n], corner = lower_corner(edge), axis = edge / 4;
-          const std::array<size_t, 3> p = {i + size_t(corner & 1), j + size_t(corner >> 1 & 1),
-                                           k + size_t(corner >> 2)};
-          const size_t point = grid.at(p[0], p[1], p[2]);
-          uint32_t &index = vertex[3 * point + size_t(axis)];
-          if (index == no_vertex) {
-            index = uint32_t(out.vertices.size());
-            const double t = std::clamp(crossing(point, axis), edge_margin, 1 - edge_margin);
-            out.vertices.push_back(grid.point(double(p[0]) + (axis == 0 ? t : 0),
-                                              double(p[1]) + (axis == 1 ? t : 0),
-                                              double(p[2]) + (axis == 2 ? t : 0)));
-          }
-          out.faces.push_back(index);
-        }
+  for (const size_t cell : mixed) {
+    const std::array<size_t, 8> corner = corners_of(grid, cell);
+    const size_t inside = size_t(signs(field, corner));
+    for (size_t n = 0; n < cases.size[inside]; n++) {
+      const int edge = cases.edges[inside][n], axis = edge / 4;
+      const size_t point = corner[size_t(lower_corner(edge))];
+      const auto [at, is_new] =
+          vertex.try_emplace(3 * uint64_t(point) + uint64_t(axis), uint32_t(out.vertices.size()));
+      if (is_new) {
+        const double t = std::clamp(crossing(point, axis), edge_margin, 1 - edge_margin);
+        const std::array<size_t, 3> p = grid.place(point);
+        out.vertices.push_back(grid.point(double(p[0]) + (axis == 0 ? t : 0),
+                                          double(p[1]) + (axis == 1 ? t : 0),
+                                          double(p[2]) + (axis == 2 ? t : 0)));
+        out.crossings.push_back({at->first, float(t)});
       }
+      out.faces.push_back(at->second);
+    }
+  }
   return out;
 }
 

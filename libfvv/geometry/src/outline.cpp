@@ -78,14 +78,14 @@ ViewedSurface::ViewedSurface(const std::vector<double> &source, std::vector<uint
 }
 
 // R X + t = (R x + (R origin + t) scale) / scale with x = (X - origin) scale; pixels don't see the factor.
-render::Projection ViewedSurface::projection(const fvv_camera &camera) const {
+render::Projection ViewedSurface::projection(const fvv_camera &camera, render::Projection::Rays rays) const {
   fvv_camera moved = camera;
   for (int row = 0; row < 3; row++) {
     const double *r = camera.rotation + 3 * row;
     moved.translation[row] =
         (r[0] * origin[0] + r[1] * origin[1] + r[2] * origin[2] + camera.translation[row]) * scale;
   }
-  return render::Projection(moved);
+  return render::Projection(moved, rays);
 }
 
 render::Mesh ViewedSurface::mesh() const {
@@ -103,9 +103,10 @@ std::vector<uint32_t> ViewedSurface::nearest(const fvv_camera &camera) const {
 }
 
 std::vector<uint8_t> ViewedSurface::cover(const fvv_camera &camera) const {
-  const std::vector<uint32_t> nearest_face = nearest(camera);
-  std::vector<uint8_t> out(nearest_face.size());
-  std::transform(nearest_face.begin(), nearest_face.end(), out.begin(),
+  render::SampleBuffer buffer(camera.width, camera.height, 1);
+  rasterise_coverage(projection(camera, render::Projection::Rays::none), mesh(), buffer);
+  std::vector<uint8_t> out(buffer.face.size());
+  std::transform(buffer.face.begin(), buffer.face.end(), out.begin(),
                  [](uint32_t face) { return face == render::no_face ? 0 : 255; });
   return out;
 }
@@ -221,15 +222,20 @@ std::optional<double> median(std::vector<double> values) {
   return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
+std::optional<double> silhouette_iou(const std::vector<uint8_t> &a, const std::vector<uint8_t> &b) {
+  uint64_t both = 0, either = 0;
+  for (size_t i = 0; i < a.size(); i++) {
+    both += a[i] && b[i];
+    either += a[i] || b[i];
+  }
+  if (either == 0) return std::nullopt;
+  return double(both) / double(either);
+}
+
 SilhouetteMatch compare(const std::vector<uint8_t> &projected, const std::vector<uint8_t> &mask,
                         uint32_t width, uint32_t height) {
   SilhouetteMatch match;
-  uint64_t both = 0, either = 0;
-  for (size_t i = 0; i < mask.size(); i++) {
-    both += projected[i] && mask[i];
-    either += projected[i] || mask[i];
-  }
-  if (either) match.iou = double(both) / double(either);
+  match.iou = silhouette_iou(projected, mask);
   const Outline ours(projected, width, height), theirs(mask, width, height);
   if (ours.points.empty() != theirs.points.empty())
     match.distance = std::hypot(width, height);

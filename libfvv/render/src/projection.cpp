@@ -46,7 +46,7 @@ struct Stencils {
 
 } // namespace
 
-Projection::Projection(const fvv_camera &camera)
+Projection::Projection(const fvv_camera &camera, Rays rays)
     : intrinsics(camera), rotation{{camera.rotation[0], camera.rotation[3], camera.rotation[6]},
                                    {camera.rotation[1], camera.rotation[4], camera.rotation[7]},
                                    {camera.rotation[2], camera.rotation[5], camera.rotation[8]}},
@@ -55,8 +55,7 @@ Projection::Projection(const fvv_camera &camera)
   intrinsics.name_size = 0;
   for (int i = 0; i < 9; i++) intrinsics.rotation[i] = i % 4 == 0;
   for (double &t : intrinsics.translation) t = 0;
-  if (camera.lens == FVV_LENS_NONE) return;
-  trace_corners();
+  if (camera.lens != FVV_LENS_NONE && rays == Rays::traced) trace_corners();
 }
 
 Vec3 Projection::exact_ray(uint32_t x, uint32_t y) const {

@@ -113,7 +113,8 @@ int64_t last_sample(int64_t coordinate) {
 
 class Drawing {
 public:
-  Drawing(const Projection &projection, SampleBuffer &target) : camera(projection), buffer(target) {}
+  Drawing(const Projection &projection, SampleBuffer &target, bool has_depth)
+      : camera(projection), buffer(target), depth(has_depth) {}
 
   void triangle(const std::array<Vec3, 3> &points, uint32_t face) {
     const std::array<Vec3, 3> pixels = {camera.to_pixel(points[0]), camera.to_pixel(points[1]),
@@ -156,7 +157,12 @@ private:
       const int64_t y = row * subpixel + subpixel / 2, x = left * subpixel + subpixel / 2;
       int64_t e[3] = {edges[0].at(x, y), edges[1].at(x, y), edges[2].at(x, y)};
       for (int64_t column = left; column <= right; column++) {
-        if ((e[0] | e[1] | e[2]) >= 0) sample(column, row, interpolator, points, face);
+        if ((e[0] | e[1] | e[2]) >= 0) {
+          if (depth)
+            sample(column, row, interpolator, points, face);
+          else
+            buffer.face[size_t(row) * buffer.columns + size_t(column)] = face;
+        }
         for (int i = 0; i < 3; i++) e[i] -= edges[i].dy * subpixel;
       }
     }
@@ -167,15 +173,16 @@ private:
     const double spacing = buffer.samples;
     const auto weight =
         interpolator.at(camera.ray((double(column) + 0.5) / spacing, (double(row) + 0.5) / spacing));
-    const float depth = float(weight[0] * points[0].z + weight[1] * points[1].z + weight[2] * points[2].z);
+    const float z = float(weight[0] * points[0].z + weight[1] * points[1].z + weight[2] * points[2].z);
     const size_t at = size_t(row) * buffer.columns + size_t(column);
-    if (!(depth < buffer.depth[at])) return;
-    buffer.depth[at] = depth;
+    if (!(z < buffer.depth[at])) return;
+    buffer.depth[at] = z;
     buffer.face[at] = face;
   }
 
   const Projection &camera;
   SampleBuffer &buffer;
+  const bool depth;
 };
 
 bool odd_and_small(uint32_t samples) {
@@ -212,18 +219,30 @@ void SampleBuffer::clear() {
   drawn = {};
 }
 
-void rasterise(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer) {
+namespace {
+
+void draw(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer, bool depth) {
   if (camera.width() != buffer.width || camera.height() != buffer.height)
     throw std::invalid_argument("a camera of " + std::to_string(camera.width()) + "x" +
                                 std::to_string(camera.height()) + " cannot draw into samples of " +
                                 std::to_string(buffer.width) + "x" + std::to_string(buffer.height));
   std::vector<Vec3> points(mesh.vertex_count);
   for (size_t i = 0; i < mesh.vertex_count; i++) points[i] = camera.to_camera(position(mesh, uint32_t(i)));
-  Drawing drawing(camera, buffer);
+  Drawing drawing(camera, buffer, depth);
   for (size_t i = 0; i < mesh.face_count; i++) {
     const uint32_t *face = mesh.faces + 3 * i;
     drawing.triangle({points[face[0]], points[face[1]], points[face[2]]}, uint32_t(i));
   }
+}
+
+} // namespace
+
+void rasterise(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer) {
+  draw(camera, mesh, buffer, true);
+}
+
+void rasterise_coverage(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer) {
+  draw(camera, mesh, buffer, false);
 }
 
 std::array<double, 3> barycentric(const Projection &camera, const Mesh &mesh, uint32_t face, double u,

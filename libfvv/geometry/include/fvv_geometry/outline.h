@@ -36,7 +36,8 @@ public:
   std::vector<float> outline_distance(const fvv_camera &camera, uint32_t width, uint32_t height) const;
 
 private:
-  render::Projection projection(const fvv_camera &camera) const;
+  render::Projection projection(const fvv_camera &camera,
+                                render::Projection::Rays rays = render::Projection::Rays::traced) const;
   render::Mesh mesh() const;
 
   double origin[3] = {0, 0, 0}, scale = 1;
@@ -44,10 +45,12 @@ private:
   std::vector<uint32_t> faces;
 };
 
+// Intersection over union of two masks of one size, nonzero inside; none if both are empty.
+std::optional<double> silhouette_iou(const std::vector<uint8_t> &a, const std::vector<uint8_t> &b);
+
 // Masks are width x height, row by row, nonzero inside.
 struct SilhouetteMatch {
-  // Intersection over union of the two silhouettes; none if both are empty.
-  std::optional<double> iou;
+  std::optional<double> iou; // silhouette_iou()
   // Mean distance of the outlines in pixels, averaged over both directions. The border of the picture is no
   // outline. The picture's diagonal if only one has an outline, none if neither has.
   std::optional<double> distance;

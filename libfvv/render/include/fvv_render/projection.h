@@ -13,8 +13,10 @@ namespace fvv::render {
 // that was found to suffice; they err by less than a thousandth of a pixel in pictures 500 wide or more.
 class Projection {
 public:
+  // none: ray() must not be called. With a lens, tracing them takes longer than drawing a mesh.
+  enum class Rays { traced, none };
   // Copies what it needs. For a valid camera (fvv_camera_validate).
-  explicit Projection(const fvv_camera &camera);
+  explicit Projection(const fvv_camera &camera, Rays rays = Rays::traced);
   uint32_t width() const { return intrinsics.width; }
   uint32_t height() const { return intrinsics.height; }
   // World -> camera frame, metres: x right, y down, z forward.
@@ -24,7 +26,7 @@ public:
   // Homogeneous pixel: u = x / z, v = y / z, the centre of the top left pixel at (0.5, 0.5). NaN for points
   // that the lens does not show (behind it, beyond r_max).
   Vec3 to_pixel(Vec3 camera) const {
-    if (!corner_rays.empty()) return through_lens(camera);
+    if (intrinsics.lens != FVV_LENS_NONE) return through_lens(camera);
     const fvv_camera &c = intrinsics;
     return {c.fx * camera.x + c.skew * camera.y + c.cx * camera.z, c.fy * camera.y + c.cy * camera.z,
             camera.z};
@@ -46,7 +48,7 @@ private:
   fvv_camera intrinsics; // at the origin, without a name
   Mat3 rotation;
   Vec3 translation;
-  std::vector<Vec3> corner_rays; // (width + 1) x (height + 1) with a lens, none without
+  std::vector<Vec3> corner_rays; // (width + 1) x (height + 1) with a lens and rays, else none
 };
 
 } // namespace fvv::render

@@ -65,6 +65,10 @@ public:
 // triangle with a vertex that the lens does not show is skipped, so nothing is cut at near_plane.
 void rasterise(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer);
 
+// The same without depth: buffer.face has one of the faces that cover a sample, buffer.depth stays as it is.
+// For outlines; the projection needs no rays.
+void rasterise_coverage(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer);
+
 // Where the ray through pixel position (u, v) meets the plane of a face: barycentric coordinates in space (so
 // perspective-correct), clamped to the triangle.
 std::array<double, 3> barycentric(const Projection &camera, const Mesh &mesh, uint32_t face, double u,
