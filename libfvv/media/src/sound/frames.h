@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fvv_media/sound.h"
+#include "media/src/container/muxer.h"
 #include "media/src/ffmpeg.h"
 
 extern "C" {
@@ -55,5 +56,12 @@ private:
   std::vector<std::vector<uint8_t>> packets_;
   uint64_t total_ = 0;
 };
+
+// A stream of a container for packets of a format; times count in samples.
+AVStream *add_sound_stream(Muxer &muxer, const SoundFormat &format);
+// The same sound with a record by which a decoder drops all that is before time 0.
+SoundFormat skipping(const SoundPackets &sound);
+// All packets of sound, the first at time.
+void write_sound(Muxer &muxer, const AVStream &stream, const SoundPackets &sound, int64_t time);
 
 } // namespace fvv::media

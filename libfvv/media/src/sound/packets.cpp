@@ -4,8 +4,6 @@
 #include "media/src/sound/frames.h"
 
 extern "C" {
-#include <libavformat/avformat.h>
-#include <libavutil/mem.h>
 #include <libavutil/opt.h>
 }
 
@@ -19,13 +17,6 @@ namespace {
 constexpr size_t opus_header_size = 19, opus_delay_at = 10;
 constexpr uint32_t opus_preroll = 4; // 80 ms, RFC 7845 clause 4.6
 constexpr size_t max_packet_size = 65535;
-
-void copy_record(const std::vector<uint8_t> &record, uint8_t *&extradata, int &size) {
-  extradata = static_cast<uint8_t *>(av_mallocz(record.size() + AV_INPUT_BUFFER_PADDING_SIZE));
-  if (!extradata) throw std::bad_alloc();
-  std::copy(record.begin(), record.end(), extradata);
-  size = int(record.size());
-}
 
 // Of interleaved samples. Opus has one layout for each number of channels (RFC 7845 clause 5.1.1.2), which is
 // not FFmpeg's default for 3 and 4.
@@ -257,80 +248,13 @@ void SoundDecoder::decode(const void *packet, size_t size, std::vector<float> &s
 
 // ---- files -----------------------------------------------------------------------------------------------
 
-namespace {
-
-// A container in memory.
-class Muxer {
-public:
-  explicit Muxer(const char *format) {
-    quiet_log();
-    clear_log();
-    if (avformat_alloc_output_context2(&context_, nullptr, format, nullptr) < 0 || !context_)
-      throw Error(std::string("this build of FFmpeg does not write ") + format);
-    constexpr int buffer_size = 65536;
-    auto *buffer = static_cast<uint8_t *>(av_malloc(buffer_size));
-    if (buffer) context_->pb = avio_alloc_context(buffer, buffer_size, 1, this, nullptr, write, seek);
-    if (!context_->pb) {
-      av_free(buffer);
-      avformat_free_context(context_);
-      throw std::bad_alloc();
-    }
-    context_->flags |= AVFMT_FLAG_BITEXACT | AVFMT_FLAG_CUSTOM_IO; // the same bytes everywhere
-  }
-  Muxer(const Muxer &) = delete;
-  ~Muxer() {
-    av_free(context_->pb->buffer);
-    avio_context_free(&context_->pb);
-    avformat_free_context(context_);
-  }
-
-  AVFormatContext *context() { return context_; }
-  void check(int code) const {
-    if (code < 0) fail("sound cannot be written", code);
-  }
-  std::string bytes() {
-    avio_flush(context_->pb);
-    return std::move(bytes_);
-  }
-
-private:
-  static int write(void *self, uint8_t *from, int size) {
-    auto *to = static_cast<Muxer *>(self);
-    const size_t end = to->at_ + size_t(size);
-    if (to->bytes_.size() < end) to->bytes_.resize(end);
-    std::memcpy(to->bytes_.data() + to->at_, from, size_t(size));
-    to->at_ = end;
-    return size;
-  }
-  static int64_t seek(void *self, int64_t offset, int whence) {
-    auto *in = static_cast<Muxer *>(self);
-    whence &= ~AVSEEK_FORCE;
-    if (whence == AVSEEK_SIZE) return int64_t(in->bytes_.size());
-    const int64_t from = whence == SEEK_CUR   ? int64_t(in->at_)
-                         : whence == SEEK_END ? int64_t(in->bytes_.size())
-                                              : 0;
-    if (from + offset < 0) return AVERROR(EINVAL);
-    in->at_ = size_t(from + offset);
-    return from + offset;
-  }
-
-  AVFormatContext *context_ = nullptr;
-  std::string bytes_;
-  size_t at_ = 0;
-};
-
-} // namespace
-
 const char *sound_extension(SoundCodec codec) {
   return codec == SoundCodec::opus ? "opus" : "m4a";
 }
 
-std::string sound_file(const SoundPackets &sound) {
-  const SoundFormat &format = sound.format;
+AVStream *add_sound_stream(Muxer &muxer, const SoundFormat &format) {
   const bool is_opus = format.codec == SoundCodec::opus;
-  Muxer muxer(is_opus ? "opus" : "ipod");
-  AVStream *stream = avformat_new_stream(muxer.context(), nullptr);
-  if (!stream) throw std::bad_alloc();
+  AVStream *stream = muxer.add_stream({1, int(format.rate)});
   AVCodecParameters &codec = *stream->codecpar;
   codec.codec_type = AVMEDIA_TYPE_AUDIO;
   codec.codec_id = is_opus ? AV_CODEC_ID_OPUS : AV_CODEC_ID_AAC;
@@ -339,29 +263,35 @@ std::string sound_file(const SoundPackets &sound) {
   codec.initial_padding = int(format.delay());
   set_layout(codec.ch_layout, format.channels, is_opus);
   copy_record(format.record, codec.extradata, codec.extradata_size);
-  stream->time_base = {1, int(format.rate)};
-  muxer.check(avformat_write_header(muxer.context(), nullptr));
-  const Packet packet = make_packet();
-  int64_t time = -int64_t(format.delay());
+  return stream;
+}
+
+SoundFormat skipping(const SoundPackets &sound) {
+  SoundFormat format = sound.format;
+  if (format.codec != SoundCodec::opus || sound.start >= 0) return format;
+  format.record[opus_delay_at] = uint8_t(-sound.start & 0xff);
+  format.record[opus_delay_at + 1] = uint8_t(-sound.start >> 8);
+  return format;
+}
+
+void write_sound(Muxer &muxer, const AVStream &stream, const SoundPackets &sound, int64_t time) {
   for (const std::vector<uint8_t> &bytes : sound.packets) {
-    if (av_new_packet(packet.get(), int(bytes.size())) < 0) throw std::bad_alloc();
-    std::copy(bytes.begin(), bytes.end(), packet->data);
-    packet->pts = packet->dts = av_rescale_q(time, {1, int(format.rate)}, stream->time_base);
-    packet->duration = av_rescale_q(format.packet_duration, {1, int(format.rate)}, stream->time_base);
-    packet->flags |= AV_PKT_FLAG_KEY;
-    const int code = av_write_frame(muxer.context(), packet.get());
-    av_packet_unref(packet.get());
-    muxer.check(code);
-    time += format.packet_duration;
+    muxer.write(stream, bytes, time, sound.format.packet_duration, true);
+    time += sound.format.packet_duration;
   }
-  muxer.check(av_write_trailer(muxer.context()));
-  return muxer.bytes();
+}
+
+std::string sound_file(const SoundPackets &sound) {
+  Muxer muxer(sound.format.codec == SoundCodec::opus ? "opus" : "ipod", "sound");
+  const AVStream *stream = add_sound_stream(muxer, sound.format);
+  muxer.write_header();
+  write_sound(muxer, *stream, sound, -int64_t(sound.format.delay()));
+  return muxer.finish();
 }
 
 std::string wav_file(const std::vector<int16_t> &samples, uint32_t channels, uint32_t rate) {
-  Muxer muxer("wav");
-  AVStream *stream = avformat_new_stream(muxer.context(), nullptr);
-  if (!stream) throw std::bad_alloc();
+  Muxer muxer("wav", "sound");
+  AVStream *stream = muxer.add_stream({1, int(rate)});
   AVCodecParameters &codec = *stream->codecpar;
   codec.codec_type = AVMEDIA_TYPE_AUDIO;
   codec.codec_id = AV_CODEC_ID_PCM_S16LE;
@@ -370,24 +300,18 @@ std::string wav_file(const std::vector<int16_t> &samples, uint32_t channels, uin
   codec.bits_per_coded_sample = 16;
   codec.bit_rate = int64_t(rate) * channels * 16;
   av_channel_layout_default(&codec.ch_layout, int(channels));
-  stream->time_base = {1, int(rate)};
-  muxer.check(avformat_write_header(muxer.context(), nullptr));
-  const Packet packet = make_packet();
+  muxer.write_header();
   constexpr size_t most = 32768;
   for (size_t at = 0; at < samples.size(); at += most) {
     const size_t count = std::min(most, samples.size() - at);
-    if (av_new_packet(packet.get(), int(2 * count)) < 0) throw std::bad_alloc();
+    std::vector<uint8_t> bytes;
     for (size_t i = 0; i < count; i++) {
-      packet->data[2 * i] = uint8_t(uint16_t(samples[at + i]) & 0xff);
-      packet->data[2 * i + 1] = uint8_t(uint16_t(samples[at + i]) >> 8);
+      bytes.push_back(uint8_t(uint16_t(samples[at + i]) & 0xff));
+      bytes.push_back(uint8_t(uint16_t(samples[at + i]) >> 8));
     }
-    packet->pts = packet->dts = int64_t(at / channels);
-    const int code = av_write_frame(muxer.context(), packet.get());
-    av_packet_unref(packet.get());
-    muxer.check(code);
+    muxer.write(*stream, bytes, int64_t(at / channels), int64_t(count / channels), true);
   }
-  muxer.check(av_write_trailer(muxer.context()));
-  return muxer.bytes();
+  return muxer.finish();
 }
 
 } // namespace fvv::media
