@@ -32,6 +32,46 @@ geometry::Mesh in_metres(const fvv_mesh &mesh, const geometry::Lattice &lattice)
 
 namespace {
 
+// Turns a vector so that the axis that was up is +y.
+void turn_up(uint8_t up, double *v) {
+  const double x = v[0], y = v[1], z = v[2];
+  const auto set = [v](double a, double b, double c) {
+    v[0] = a;
+    v[1] = b;
+    v[2] = c;
+  };
+  if (up == FVV_UP_X) set(-y, x, z);
+  if (up == FVV_UP_Z) set(x, z, -y);
+  if (up == FVV_UP_MINUS_X) set(y, -x, z);
+  if (up == FVV_UP_MINUS_Y) set(x, -y, -z);
+  if (up == FVV_UP_MINUS_Z) set(x, -z, y);
+}
+
+} // namespace
+
+std::string format_glb(geometry::Mesh mesh, const geometry::Lattice &lattice, uint8_t up,
+                       const std::string &texture, const std::string &name) {
+  geometry::Lattice turned = lattice;
+  turn_up(up, turned.origin);
+  for (size_t i = 0; i < mesh.positions.size(); i += 3) turn_up(up, &mesh.positions[i]);
+  for (size_t i = 0; i < mesh.normals.size(); i += 3) turn_up(up, &mesh.normals[i]);
+  scene::Environment frame;
+  frame.parts.emplace_back();
+  scene::EnvironmentPart &part = frame.parts[0];
+  if (texture.empty()) {
+    mesh.texture.clear(); // of no use without the picture
+    for (double &channel : part.colour) channel = 0.5;
+  } else {
+    frame.pictures.push_back(texture);
+    part.picture = 0;
+    part.unlit = part.clamped = true;
+  }
+  part.mesh = std::move(mesh);
+  return scene::format_environment(frame, turned, name);
+}
+
+namespace {
+
 scene::EnvironmentPart part_of(const fvv_background &background, const fvv_background_part &source,
                                const fvv_mesh &mesh) {
   scene::EnvironmentPart out;

@@ -3,6 +3,7 @@
 
 #include "fvv_cxx/parallel.h"
 #include "fvv_render/normals.h"
+#include "fvv_view/path.h"
 
 #include <algorithm>
 #include <chrono>
@@ -47,23 +48,6 @@ fvv_camera scaled(const fvv_camera &camera, const Target &target) {
   return fvv_camera_of_tile(&camera, &tile);
 }
 
-Vec3 up_of(uint8_t axis) {
-  switch (axis) {
-  case FVV_UP_X:
-    return {1, 0, 0};
-  case FVV_UP_Z:
-    return {0, 0, 1};
-  case FVV_UP_MINUS_X:
-    return {-1, 0, 0};
-  case FVV_UP_MINUS_Y:
-    return {0, -1, 0};
-  case FVV_UP_MINUS_Z:
-    return {0, 0, -1};
-  default:
-    return {0, 1, 0};
-  }
-}
-
 fvv_camera of_pose(const Target &target, const Frame &frame) {
   const std::vector<double> &p = target.pose;
   if (p.size() != 6 && p.size() != 9)
@@ -71,7 +55,7 @@ fvv_camera of_pose(const Target &target, const Frame &frame) {
   for (const double value : p)
     if (!(std::abs(value) <= 1e9)) refuse("--pose: expected numbers within 1e9");
   const Vec3 eye = {p[0], p[1], p[2]}, at = {p[3], p[4], p[5]};
-  const Vec3 up = p.size() == 9 ? Vec3{p[6], p[7], p[8]} : up_of(frame.up);
+  const Vec3 up = p.size() == 9 ? Vec3{p[6], p[7], p[8]} : up_vector(frame.up);
   const Vec3 z = render::normalised(at - eye), side = render::cross(z, render::normalised(up));
   if (!(render::length(z) > 0)) refuse("--pose: eye and target are the same point");
   if (!(render::length(side) > 1e-6)) refuse("--pose: up points along the line of sight");
