@@ -302,6 +302,18 @@ radialDistortion3="0" tangentalDistortion1="0" tangentalDistortion2="0"/></camer
     seeds.add(
         "calibrations", b"\5" + b"# X Y Z C U V\n" + b"".join(b"%d 0 1 0 50 %d\n" % (i, i) for i in range(9))
     )
+    models = struct.pack("<QIiQQ8d", 2, 1, 4, 640, 480, 500, 500, 320, 240, 0.1, 0, 0, 0)
+    models += struct.pack("<IiQQ4d", 2, 2, 640, 480, 500, 320, 240, 0.1)
+    views = struct.pack("<QI7dI6sQddq", 2, 1, 1, 0, 0, 0, 0, 0, 3, 1, b"a.png", 1, 1, 2, -1)
+    views += struct.pack("<I7dI6sQ", 2, 1, 0, 0, 0, 0, 0, 3, 2, b"b.png", 0)
+    seeds.add("calibrations", b"\6" + part(models) + views)
+    krt = b"1\n500 0 320\n0 500 240\n0 0 1\n0.1 0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 3\n\n2\n500 0 320\n0 500 240\n0 0 1\n"
+    seeds.add("calibrations", b"\7" + krt + b"1 0 0\n0 1 0\n0 0 1\n0 0 3\n")
+    mvsnet = b"extrinsic\n1 0 0 0\n0 1 0 0\n0 0 1 3\n0 0 0 1\n\nintrinsic\n500 0 320\n0 500 240\n0 0 1\n\n425 2.5\n"
+    seeds.add("calibrations", b"\7" + mvsnet)
+    panoptic = {"name": "00_00", "resolution": [640, 480], "K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]]}
+    panoptic.update(distCoef=[0.1, 0, 0, 0, 0], R=[[1, 0, 0], [0, 1, 0], [0, 0, 1]], t=[[0], [0], [300]])
+    seeds.add("calibrations", b"\b" + json.dumps({"cameras": [panoptic]}).encode())
 
 
 def programs(seeds):

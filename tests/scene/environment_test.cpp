@@ -135,9 +135,8 @@ TEST_CASE("an environment comes back from the GLB that is made of it") {
 TEST_CASE("coordinates that float32 would move off the lattice are refused") {
   Environment far = parse_environment(stage().glb(), "room.glb");
   far.parts[0].mesh.positions[3] = 100000.001;
-  CHECK_THROWS_WITH(
-      format_environment(far, {{0, 0, 0}, 0.001}, "far.glb"),
-      "far.glb: vertex 1 of the environment lies too far out for float32 on a lattice of this step");
+  CHECK_THROWS_WITH(format_environment(far, {{0, 0, 0}, 0.001}, "far.glb"),
+                    "far.glb: vertex 1 lies too far out for float32 on a lattice of this step");
 }
 
 TEST_CASE("an environment is moved with its lights, and turned round by a mirror") {

@@ -196,7 +196,8 @@ TEST_CASE("the extension decides how a mesh is read and written") {
                     odd = (folder / "a.obj").string();
   CHECK_THROWS_WITH(
       read_mesh(unknown),
-      unknown + ": expected a mesh file with extension .obj, .ply, .drc, .glb or .gltf, found \".stl\"");
+      unknown +
+          ": expected a mesh file with extension .obj, .ply, .drc, .draco, .glb or .gltf, found \".stl\"");
   CHECK_THROWS_WITH(write_mesh(mesh, millimetres, "mesh"),
                     "mesh: expected a mesh file with extension .obj, .ply or .drc, found no extension");
   CHECK_THROWS_WITH(read_mesh(absent), absent + ": cannot be opened: No such file or directory");

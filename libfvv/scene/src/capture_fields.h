@@ -3,7 +3,7 @@
 #pragma once
 
 #include "fvv_scene/capture.h"
-#include "scene/src/strict_json.h"
+#include "fvv_scene/strict_json.h"
 
 namespace fvv::scene {
 
@@ -11,8 +11,6 @@ double finite(const JsonValue &value);
 double positive(const JsonValue &value);
 // "25", "30000/1001" or 25, in lowest terms. least: of the numerator. what: for the message.
 fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what);
-// The same of text, without least; nothing for what is none or does not fit.
-std::optional<fvv_rational> parse_rational(std::string_view text);
 // The ranges of fvv.md clause 5.1.
 Lattice read_lattice(const JsonValue &value);
 Background read_background(const JsonValue &value);
@@ -29,5 +27,9 @@ Pattern read_pattern(const JsonValue &value, const Frames &frames);
 
 // The array of cameras, appended to capture, whose frames and units are known already.
 void read_cameras(const JsonValue &value, Capture &capture, double pixel_centre);
+
+// The text of a capture.json whose lengths, also those of the cameras in capture, are in these units: a name
+// in quotes, or a number. metres_per_unit and scale_unknown are not used.
+std::string format_capture(const Capture &capture, const std::string &units);
 
 } // namespace fvv::scene

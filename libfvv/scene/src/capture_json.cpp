@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 
 namespace fvv::scene {
@@ -21,21 +20,6 @@ double positive(const JsonValue &value) {
   const double number = finite(value);
   if (!(number > 0)) value.fail("expected a number > 0, found " + value.found());
   return number;
-}
-
-std::optional<fvv_rational> parse_rational(std::string_view text) {
-  int64_t numerator = 0, denominator = 1;
-  const size_t slash = text.find('/');
-  const auto digits = [](std::string_view part, int64_t &number) {
-    return part.find_first_not_of("0123456789") == part.npos && parse_integer(part, number);
-  };
-  if (!digits(text.substr(0, slash), numerator) ||
-      (slash != text.npos && !digits(text.substr(slash + 1), denominator)) || !denominator)
-    return {};
-  const int64_t divisor = std::gcd(numerator, denominator);
-  if (numerator / divisor > UINT32_MAX || denominator / divisor > UINT32_MAX) return {};
-  return fvv_rational{static_cast<uint32_t>(numerator / divisor),
-                      static_cast<uint32_t>(denominator / divisor)};
 }
 
 fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what) {
@@ -377,7 +361,7 @@ void read_meshes(const JsonValue &value, Capture &capture) {
     return;
   }
   value.allow_keys({"pattern", "file", "empty"});
-  capture.meshes = read_pattern(value.at("pattern"), capture.frames);
+  capture.meshes = read_pattern(value.at("pattern"));
 }
 
 // After the meshes, whose texture coordinates it is for.

@@ -156,6 +156,10 @@ std::string format_capture(const Capture &capture) {
   if (capture.metres_per_unit != 1)
     throw Error(capture.path + ": expected a capture in metres to write, found " +
                 number(capture.metres_per_unit) + " metres per unit");
+  return format_capture(capture, text(capture.scale_unknown ? unknown_units : "metres"));
+}
+
+std::string format_capture(const Capture &capture, const std::string &units) {
   for (const Camera &camera : capture.cameras) {
     fvv_diagnostic diagnostic = {};
     if (fvv_camera_validate(&camera.calibration, &diagnostic) != FVV_OK)
@@ -173,7 +177,7 @@ std::string format_capture(const Capture &capture) {
       ",\n  \"frames\": {\"first\": " + std::to_string(capture.frames.first) +
       ", \"count\": " + std::to_string(capture.frames.places()) +
       ", \"step\": " + std::to_string(capture.frames.step) + left_out_text(capture.frames) +
-      "},\n  \"units\": " + text(capture.scale_unknown ? unknown_units : "metres") + ",\n  \"up\": " +
+      "},\n  \"units\": " + units + ",\n  \"up\": " +
       text(lookup(std::begin(named_axes), std::end(named_axes), &NamedAxis::up, capture.up).name) +
       ",\n  \"conventions\": {\"pixel_centre\": 0.5}";
   if (capture.lattice) out += ",\n  \"lattice\": " + lattice_text(*capture.lattice);

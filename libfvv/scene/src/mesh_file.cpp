@@ -43,12 +43,12 @@ bool is_gltf(const std::string &path) {
 Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
                bool normals) {
   const std::string extension = extension_of(path);
-  const auto parse = extension == ".obj"   ? parse_obj
-                     : extension == ".ply" ? parse_ply
-                     : extension == ".drc" ? parse_drc
-                     : is_gltf(path)       ? parse_gltf
-                                           : nullptr;
-  if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .glb or .gltf");
+  const auto parse = extension == ".obj"                            ? parse_obj
+                     : extension == ".ply"                          ? parse_ply
+                     : extension == ".drc" || extension == ".draco" ? parse_drc
+                     : is_gltf(path)                                ? parse_gltf
+                                                                    : nullptr;
+  if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .draco, .glb or .gltf");
   return parse(read_file(path, max_mesh_file), path, limits, report, texture, normals);
 }
 

@@ -1,6 +1,6 @@
 // Strict parsing and typed access.
 
-#include "scene/src/strict_json.h"
+#include "fvv_scene/strict_json.h"
 #include "fvv_scene/text.h"
 
 #include <algorithm>

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numeric>
 #include <system_error>
 
 namespace fvv::scene {
@@ -54,6 +55,21 @@ bool parse_double(std::string_view text, double &value) {
 
 bool parse_integer(std::string_view text, int64_t &value) {
   return parse_whole(text, value);
+}
+
+std::optional<fvv_rational> parse_rational(std::string_view text) {
+  int64_t numerator = 0, denominator = 1;
+  const size_t slash = text.find('/');
+  const auto digits = [](std::string_view part, int64_t &number) {
+    return part.find_first_not_of("0123456789") == part.npos && parse_integer(part, number);
+  };
+  if (!digits(text.substr(0, slash), numerator) ||
+      (slash != text.npos && !digits(text.substr(slash + 1), denominator)) || !denominator)
+    return {};
+  const int64_t divisor = std::gcd(numerator, denominator);
+  if (numerator / divisor > UINT32_MAX || denominator / divisor > UINT32_MAX) return {};
+  return fvv_rational{static_cast<uint32_t>(numerator / divisor),
+                      static_cast<uint32_t>(denominator / divisor)};
 }
 
 std::string quote(std::string_view text) {

@@ -22,8 +22,12 @@ struct Folder {
     path = name;
   }
   ~Folder() {
-    for (const char *name : {"cameras.txt", "images.txt", "file"}) (void)unlink((path + "/" + name).c_str());
+    clear();
     (void)rmdir(path.c_str());
+  }
+  void clear() const {
+    for (const char *name : {"cameras.txt", "images.txt", "cameras.bin", "images.bin", "file"})
+      (void)unlink((path + "/" + name).c_str());
   }
   std::string write(const char *name, const fuzz::Bytes &bytes) const {
     const std::string file = path + "/" + name;
@@ -61,7 +65,8 @@ FVV_FUZZ_TARGET(capture, fuzz::Form::bytes) {
 
 FVV_FUZZ_TARGET(calibrations, fuzz::Form::bytes) {
   fuzz::Input input(data, size);
-  const uint32_t kind = input.below(6);
+  const uint32_t kind = input.below(9);
+  folder().clear();
   fvv::import::Calibration found;
   try {
     switch (kind) {
@@ -82,6 +87,18 @@ FVV_FUZZ_TARGET(calibrations, fuzz::Form::bytes) {
       break;
     case 4:
       found = fvv::import::read_middlebury(folder().write("file", input.rest()), 640, 480);
+      break;
+    case 6: {
+      folder().write("cameras.bin", input.part());
+      folder().write("images.bin", input.rest());
+      found = fvv::import::read_colmap(folder().path);
+      break;
+    }
+    case 7:
+      found = fvv::import::read_krt({folder().write("file", input.rest())}, 640, 480);
+      break;
+    case 8:
+      found = fvv::import::read_panoptic(folder().write("file", input.rest()));
       break;
     default: {
       fvv::scene::Camera camera;

@@ -4,6 +4,7 @@
 #include "fvv_scene/capture.h"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,22 +15,40 @@ namespace fvv::import {
 struct Calibration {
   std::vector<scene::Camera> cameras;
   double metres_per_unit = 0; // 0: not in the format
+  // Of colmap and nerfstudio, for each camera its picture as the file names it: relative to the folder of
+  // pictures, or to that of the file. Else empty.
+  std::vector<std::string> pictures;
 };
 
 // Every reader is strict and throws Error: "path:LINE: expected ..., found ..." for text and
 // XML, "path: /JSON/POINTER: ..." for JSON. A lens or a convention that fvv cannot hold exactly is an error
 // that names it, never an approximation.
 
-// A COLMAP text model: the folder with cameras.txt and images.txt. A camera for each image, with the image's
-// identifier; named after the picture.
+// A COLMAP model: the folder with cameras.bin and images.bin, or cameras.txt and images.txt, or the folder of
+// a project, whose model is in sparse or sparse/N. A camera for each image, with the image's identifier;
+// named after the picture.
 Calibration read_colmap(const std::string &folder);
+// The folder of the model that a folder is or has; none: it has no model. Error if it has several.
+std::optional<std::string> find_colmap(const std::string &folder);
+// The two files that read_colmap reads.
+std::vector<std::string> colmap_files(const std::string &folder);
 
 // cv::FileStorage, a camera in each file, YAML or XML by its first characters; ids by position, named after
 // the file.
 Calibration read_opencv(const std::vector<std::string> &files);
 
-// transforms.json of nerfstudio or instant-ngp; ids by position, named after file_path.
+// transforms.json of nerfstudio or instant-ngp; ids by position, named after file_path. Where it has no size
+// of pictures, as those of Blender sets, the header of each picture has it.
 Calibration read_nerfstudio(const std::string &file);
+// The file that a file_path names, which may lack its extension. folder: of transforms.json.
+std::string nerfstudio_picture(const std::string &folder, const std::string &file_path);
+
+// Plain text of K, R and t (docs/calibration.md), pictures all width by height (the files do not say). A file
+// has one camera, named after the file, or several, each with its name before it; ids by position.
+Calibration read_krt(const std::vector<std::string> &files, uint32_t width, uint32_t height);
+
+// JSON of the CMU Panoptic Studio; ids by position, named as in the file. In centimetres.
+Calibration read_panoptic(const std::string &file);
 
 // Calibration exported by Qualisys Track Manager (XML, often *.qca.txt); ids by position among the active
 // cameras, named after the serial number.

@@ -74,7 +74,8 @@ Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limit
 // of a glTF file draws: out of the file, or of a file in its folder or below.
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
 
-// Reads .obj, .ply, .drc, .glb or .gltf by the extension (any case) of path; other extensions are an error.
+// Reads .obj, .ply, .drc or .draco, .glb or .gltf by the extension (any case) of path; other extensions are
+// an error.
 Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, MeshReport *report = nullptr,
                bool texture = false, bool normals = false);
 bool is_gltf(const std::string &path); // by its extension

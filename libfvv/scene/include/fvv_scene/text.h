@@ -1,9 +1,11 @@
 // Whole files in and out; tokens and numbers of text files, the same under every locale.
 #pragma once
 
+#include "fvv/types.h"
 #include "fvv_cxx/error.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +23,9 @@ bool parse_double(std::string_view text, double &value);
 
 // text as one decimal integer that fits.
 bool parse_integer(std::string_view text, int64_t &value);
+
+// "25" or "30000/1001" in lowest terms; nothing for what is none or does not fit.
+std::optional<fvv_rational> parse_rational(std::string_view text);
 
 // In double quotes, at most 40 bytes, anything but printable ASCII as '?'.
 std::string quote(std::string_view text);

@@ -1,6 +1,6 @@
 #include "scene/src/gltf/accessor.h"
 #include "fvv_cxx/untrusted.h"
-#include "scene/src/strict_json.h"
+#include "fvv_scene/strict_json.h"
 
 #include <algorithm>
 #include <cmath>

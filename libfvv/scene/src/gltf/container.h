@@ -7,7 +7,7 @@
 #pragma once
 
 #include "fvv/types.h"
-#include "scene/src/strict_json.h"
+#include "fvv_scene/strict_json.h"
 
 #include <map>
 #include <string>

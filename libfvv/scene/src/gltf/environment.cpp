@@ -319,7 +319,7 @@ private:
       const double stored = (double(float(mesh.positions[i])) - grid.origin[i % 3]) / grid.step;
       if (std::fabs(stored - std::nearbyint(exact)) > 0.49)
         throw Error(name + ": vertex " + std::to_string(i / 3) +
-                    " of the environment lies too far out for float32 on a lattice of this step");
+                    " lies too far out for float32 on a lattice of this step");
     }
   }
 

@@ -1,10 +1,12 @@
-// COLMAP's text model (https://colmap.github.io/format.html, models as in its sensor/models.h). Its axes, its
-// pixel centres (+0.5) and its order of coefficients are those of fvv.
+// COLMAP's model, binary or text (https://colmap.github.io/format.html, models as in its sensor/models.h).
+// Its axes, its pixel centres (+0.5) and its order of coefficients are those of fvv.
 
 #include "fvv_scene/text.h"
 #include "scene/src/import/camera.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <map>
 
@@ -12,7 +14,7 @@ namespace fvv::import {
 
 namespace {
 
-// images.txt lists the keypoints of every image, which are not used.
+// The keypoints of every image are listed with it, and not used.
 constexpr uint64_t max_images_size = uint64_t(1) << 30;
 
 struct Model {
@@ -20,56 +22,91 @@ struct Model {
   unsigned focal_lengths; // one for both axes, or two
   uint8_t lens;
   unsigned coefficients; // as many as the model has of fvv's, in fvv's order
-};
-constexpr Model models[] = {{"SIMPLE_PINHOLE", 1, FVV_LENS_NONE, 0},
-                            {"PINHOLE", 2, FVV_LENS_NONE, 0},
-                            {"SIMPLE_RADIAL", 1, FVV_LENS_RADTAN, 1},
-                            {"RADIAL", 1, FVV_LENS_RADTAN, 2},
-                            {"OPENCV", 2, FVV_LENS_RADTAN, 4},
-                            {"FULL_OPENCV", 2, FVV_LENS_RADTAN, 8},
-                            {"SIMPLE_RADIAL_FISHEYE", 1, FVV_LENS_FISHEYE, 1},
-                            {"RADIAL_FISHEYE", 1, FVV_LENS_FISHEYE, 2},
-                            {"OPENCV_FISHEYE", 2, FVV_LENS_FISHEYE, 4}};
+  int32_t id;            // in binary files
 
-const Model &model_named(const Lines &lines, std::string_view name) {
+  unsigned parameters() const { return focal_lengths + 2 + coefficients; }
+};
+constexpr Model models[] = {{"SIMPLE_PINHOLE", 1, FVV_LENS_NONE, 0, 0},
+                            {"PINHOLE", 2, FVV_LENS_NONE, 0, 1},
+                            {"SIMPLE_RADIAL", 1, FVV_LENS_RADTAN, 1, 2},
+                            {"RADIAL", 1, FVV_LENS_RADTAN, 2, 3},
+                            {"OPENCV", 2, FVV_LENS_RADTAN, 4, 4},
+                            {"FULL_OPENCV", 2, FVV_LENS_RADTAN, 8, 6},
+                            {"SIMPLE_RADIAL_FISHEYE", 1, FVV_LENS_FISHEYE, 1, 8},
+                            {"RADIAL_FISHEYE", 1, FVV_LENS_FISHEYE, 2, 9},
+                            {"OPENCV_FISHEYE", 2, FVV_LENS_FISHEYE, 4, 5}};
+// Those that fvv does not have, for messages.
+constexpr struct {
+  int32_t id;
+  const char *name;
+} refused_models[] = {{7, "FOV"},
+                      {10, "THIN_PRISM_FISHEYE"},
+                      {11, "RAD_TAN_THIN_PRISM_FISHEYE"},
+                      {12, "SIMPLE_DIVISION"},
+                      {13, "DIVISION"},
+                      {14, "SIMPLE_FISHEYE"},
+                      {15, "FISHEYE"}};
+
+[[noreturn]] void refuse_model(const std::string &where, const std::string &found) {
   std::string known;
-  for (const Model &model : models) {
-    if (name == model.name) return model;
-    known += (known.empty() ? "" : ", ") + std::string(model.name);
-  }
-  lines.fail("expected one of the camera models " + known + ", found " + scene::quote(name));
+  for (const Model &model : models) known += (known.empty() ? "" : ", ") + std::string(model.name);
+  throw Error(where + ": expected one of the camera models " + known + ", found " + found);
 }
 
-std::map<int64_t, fvv_camera> read_cameras(const std::string &path) {
+const Model &model_named(const std::string &where, std::string_view name) {
+  for (const Model &model : models)
+    if (name == model.name) return model;
+  refuse_model(where, scene::quote(name));
+}
+
+const Model &model_numbered(const std::string &where, int32_t id) {
+  for (const Model &model : models)
+    if (id == model.id) return model;
+  for (const auto &refused : refused_models)
+    if (id == refused.id) refuse_model(where, scene::quote(refused.name));
+  refuse_model(where, "the number " + std::to_string(id));
+}
+
+// parameters: as many as the model has.
+void set_intrinsics(fvv_camera &camera, const Model &model, const double *parameters) {
+  const double *rest = parameters + model.focal_lengths;
+  camera.fx = parameters[0];
+  camera.fy = rest[-1];
+  camera.cx = rest[0];
+  camera.cy = rest[1];
+  double coefficients[8] = {};
+  std::copy(rest + 2, rest + 2 + model.coefficients, coefficients);
+  if (model.lens == FVV_LENS_RADTAN) set_radtan(camera, coefficients);
+  if (model.lens == FVV_LENS_FISHEYE) set_fisheye(camera, coefficients);
+}
+
+using CamerasById = std::map<int64_t, fvv_camera>;
+
+void add_camera(CamerasById &cameras, const std::string &where, int64_t id, const fvv_camera &camera) {
+  if (!cameras.emplace(id, camera).second)
+    throw Error(where + ": expected every CAMERA_ID once, found " + std::to_string(id) + " again");
+}
+
+CamerasById read_cameras_text(const std::string &path) {
   const std::string bytes = scene::read_file(path, max_text_size);
   Lines lines(bytes, path);
-  std::map<int64_t, fvv_camera> cameras;
+  CamerasById cameras;
   for (std::string_view line; lines.next_content(line);) {
     const auto words = words_of(line);
     if (words.size() < 4)
       lines.fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS[], found " + scene::quote(line));
     const int64_t id = lines.integer(words[0], "CAMERA_ID", 0, UINT32_MAX);
-    const Model &model = model_named(lines, words[1]);
+    const Model &model = model_named(lines.where(), words[1]);
     fvv_camera camera = {};
     camera.width = static_cast<uint32_t>(lines.integer(words[2], "WIDTH", 1, INT32_MAX));
     camera.height = static_cast<uint32_t>(lines.integer(words[3], "HEIGHT", 1, INT32_MAX));
-    const unsigned count = model.focal_lengths + 2 + model.coefficients;
-    if (words.size() != 4 + count)
-      lines.fail("expected " + std::to_string(count) + " parameters for " + model.name + ", found " +
-                 std::to_string(words.size() - 4));
+    if (words.size() != 4 + model.parameters())
+      lines.fail("expected " + std::to_string(model.parameters()) + " parameters for " + model.name +
+                 ", found " + std::to_string(words.size() - 4));
     std::vector<double> parameters;
     for (size_t i = 4; i < words.size(); i++) parameters.push_back(lines.real(words[i], "PARAMS[]"));
-    const double *rest = parameters.data() + model.focal_lengths;
-    camera.fx = parameters[0];
-    camera.fy = rest[-1];
-    camera.cx = rest[0];
-    camera.cy = rest[1];
-    double coefficients[8] = {};
-    std::copy(rest + 2, rest + 2 + model.coefficients, coefficients);
-    if (model.lens == FVV_LENS_RADTAN) set_radtan(camera, coefficients);
-    if (model.lens == FVV_LENS_FISHEYE) set_fisheye(camera, coefficients);
-    if (!cameras.emplace(id, camera).second)
-      lines.fail("expected every CAMERA_ID once, found " + std::to_string(id) + " again");
+    set_intrinsics(camera, model, parameters.data());
+    add_camera(cameras, lines.where(), id, camera);
   }
   return cameras;
 }
@@ -88,7 +125,32 @@ struct Image {
   std::string picture, where;
 };
 
-Image read_image(const Lines &lines, std::string_view line, const std::map<int64_t, fvv_camera> &cameras) {
+// pose: QW QX QY QZ TX TY TZ, finite. known: the file with the cameras.
+Image make_image(const std::string &where, int64_t id, const double pose[7], int64_t camera,
+                 const std::string &picture, const CamerasById &cameras, const char *known) {
+  const auto found = cameras.find(camera);
+  if (found == cameras.end())
+    throw Error(where + ": expected a CAMERA_ID of " + known + ", found \"" + std::to_string(camera) + "\"");
+  Image image = {found->second, picture, where};
+  image.camera.id = static_cast<uint16_t>(id);
+  double q[4], square = 0;
+  for (int i = 0; i < 4; i++) {
+    q[i] = pose[i];
+    square += q[i] * q[i];
+  }
+  const double norm = std::sqrt(square);
+  if (!(std::fabs(norm - 1) <= 1e-4)) {
+    std::string text;
+    scene::append_double(text, norm);
+    throw Error(where + ": expected a quaternion QW QX QY QZ of length 1 within 1e-4, found length " + text);
+  }
+  for (double &part : q) part /= norm;
+  set_rotation(image.camera, q);
+  std::copy(pose + 4, pose + 7, image.camera.translation);
+  return image;
+}
+
+Image read_image(const Lines &lines, std::string_view line, const CamerasById &cameras) {
   std::string_view rest = line, words[9];
   for (std::string_view &word : words)
     if (!scene::next_word(rest, word))
@@ -96,26 +158,11 @@ Image read_image(const Lines &lines, std::string_view line, const std::map<int64
   const size_t begin = rest.find_first_not_of(" \t"), end = rest.find_last_not_of(" \t");
   if (begin == rest.npos) lines.fail("expected NAME after CAMERA_ID, found the end of the line");
   const int64_t id = lines.integer(words[0], "IMAGE_ID", 0, UINT16_MAX - 1);
-  const auto found = cameras.find(lines.integer(words[8], "CAMERA_ID", 0, UINT32_MAX));
-  if (found == cameras.end())
-    lines.fail("expected a CAMERA_ID of cameras.txt, found " + scene::quote(words[8]));
-  Image image = {found->second, std::string(rest.substr(begin, end + 1 - begin)), lines.where()};
-  image.camera.id = static_cast<uint16_t>(id);
-  double q[4], square = 0;
-  for (int i = 0; i < 4; i++) {
-    q[i] = lines.real(words[1 + i], "QW QX QY QZ");
-    square += q[i] * q[i];
-  }
-  const double norm = std::sqrt(square);
-  if (!(std::fabs(norm - 1) <= 1e-4)) {
-    std::string text;
-    scene::append_double(text, norm);
-    lines.fail("expected a quaternion QW QX QY QZ of length 1 within 1e-4, found length " + text);
-  }
-  for (double &part : q) part /= norm;
-  set_rotation(image.camera, q);
-  for (int i = 0; i < 3; i++) image.camera.translation[i] = lines.real(words[5 + i], "TX TY TZ");
-  return image;
+  const int64_t camera = lines.integer(words[8], "CAMERA_ID", 0, UINT32_MAX);
+  double pose[7];
+  for (int i = 0; i < 7; i++) pose[i] = lines.real(words[1 + i], i < 4 ? "QW QX QY QZ" : "TX TY TZ");
+  return make_image(lines.where(), id, pose, camera, std::string(rest.substr(begin, end + 1 - begin)),
+                    cameras, "cameras.txt");
 }
 
 // May be as long as the file: no list of words is made of it.
@@ -129,31 +176,178 @@ void check_keypoints(const Lines &lines, std::string_view line) {
   for (rest = line; scene::next_word(rest, word);) lines.real(word, "X Y POINT3D_ID");
 }
 
-} // namespace
-
-Calibration read_colmap(const std::string &folder) {
-  const auto file = [&](const char *name) { return (std::filesystem::path(folder) / name).string(); };
-  const auto cameras = read_cameras(file("cameras.txt"));
-  const std::string path = file("images.txt"), bytes = scene::read_file(path, max_images_size);
+std::vector<Image> read_images_text(const std::string &path, const CamerasById &cameras) {
+  const std::string bytes = scene::read_file(path, max_images_size);
   Lines lines(bytes, path);
   std::vector<Image> images;
-  std::vector<std::string> pictures;
   for (std::string_view line; lines.next_content(line);) {
     images.push_back(read_image(lines, line, cameras));
-    pictures.push_back(images.back().picture);
     // The keypoints follow on a line of their own, which may be empty. Without it every second image would be
     // lost.
     if (lines.next(line)) check_keypoints(lines, line);
   }
-  const std::vector<std::string> names = names_of_pictures(pictures);
+  return images;
+}
+
+// Little-endian numbers of a binary file. Borrows bytes and path.
+class Numbers {
+public:
+  Numbers(std::string_view bytes, const std::string &path) : rest(bytes), name(path), size(bytes.size()) {}
+
+  std::string where() const { return name + ": byte " + std::to_string(size - rest.size()); }
+  [[noreturn]] void fail(const std::string &what) const { throw Error(where() + ": " + what); }
+
+  uint64_t integer(size_t width, const char *what) {
+    need(width, what);
+    uint64_t value = 0;
+    for (size_t i = width; i--;) value = value << 8 | static_cast<unsigned char>(rest[i]);
+    rest.remove_prefix(width);
+    return value;
+  }
+  double real(const char *what) {
+    const std::string place = where();
+    const uint64_t bits = integer(8, what);
+    double value;
+    std::memcpy(&value, &bits, sizeof value);
+    if (!std::isfinite(value)) throw Error(place + ": expected a finite number for " + what + ", found none");
+    return value;
+  }
+  // Ended by a zero byte.
+  std::string text(const char *what) {
+    const size_t end = rest.find('\0');
+    if (end == rest.npos || !end || end > max_name)
+      fail(std::string("expected ") + what + " of at most " + std::to_string(max_name) +
+           " bytes and a zero byte, found " + (end ? "none" : "an empty name"));
+    std::string out(rest.substr(0, end));
+    rest.remove_prefix(end + 1);
+    return out;
+  }
+  void skip(uint64_t count, uint64_t width, const char *what) {
+    if (count > rest.size() / width)
+      fail("expected " + std::to_string(count) + " " + what + ", found the end of the file");
+    rest.remove_prefix(size_t(count * width));
+  }
+  void expect_end() const {
+    if (!rest.empty()) fail("expected the end of the file, found " + std::to_string(rest.size()) + " bytes");
+  }
+
+private:
+  static constexpr size_t max_name = 4096;
+
+  void need(size_t width, const char *what) const {
+    if (rest.size() < width) fail(std::string("expected ") + what + ", found the end of the file");
+  }
+
+  std::string_view rest;
+  const std::string &name;
+  size_t size;
+};
+
+CamerasById read_cameras_binary(const std::string &path) {
+  const std::string bytes = scene::read_file(path, max_text_size);
+  Numbers numbers(bytes, path);
+  CamerasById cameras;
+  for (uint64_t left = numbers.integer(8, "the number of cameras"); left--;) {
+    const std::string where = numbers.where();
+    const auto id = int64_t(numbers.integer(4, "CAMERA_ID"));
+    const Model &model =
+        model_numbered(where, static_cast<int32_t>(static_cast<uint32_t>(numbers.integer(4, "MODEL_ID"))));
+    fvv_camera camera = {};
+    for (uint32_t *side : {&camera.width, &camera.height}) {
+      const char *name = side == &camera.width ? "WIDTH" : "HEIGHT";
+      const uint64_t pixels = numbers.integer(8, name);
+      if (pixels < 1 || pixels > INT32_MAX)
+        throw Error(where + ": expected an integer from 1 to 2147483647 for " + name + ", found " +
+                    std::to_string(pixels));
+      *side = uint32_t(pixels);
+    }
+    std::vector<double> parameters;
+    for (unsigned i = 0; i < model.parameters(); i++) parameters.push_back(numbers.real("PARAMS[]"));
+    set_intrinsics(camera, model, parameters.data());
+    add_camera(cameras, where, id, camera);
+  }
+  numbers.expect_end();
+  return cameras;
+}
+
+std::vector<Image> read_images_binary(const std::string &path, const CamerasById &cameras) {
+  const std::string bytes = scene::read_file(path, max_images_size);
+  Numbers numbers(bytes, path);
+  std::vector<Image> images;
+  for (uint64_t left = numbers.integer(8, "the number of images"); left--;) {
+    const std::string where = numbers.where();
+    const uint64_t id = numbers.integer(4, "IMAGE_ID");
+    if (id >= UINT16_MAX)
+      throw Error(where + ": expected an integer from 0 to 65534 for IMAGE_ID, found " + std::to_string(id));
+    double pose[7];
+    for (int i = 0; i < 7; i++) pose[i] = numbers.real(i < 4 ? "QW QX QY QZ" : "TX TY TZ");
+    const auto camera = int64_t(numbers.integer(4, "CAMERA_ID"));
+    const std::string picture = numbers.text("NAME");
+    images.push_back(make_image(where, int64_t(id), pose, camera, picture, cameras, "cameras.bin"));
+    const uint64_t keypoints = numbers.integer(8, "the number of keypoints");
+    numbers.skip(keypoints, 24, "keypoints");
+  }
+  numbers.expect_end();
+  return images;
+}
+
+bool is_file(const std::filesystem::path &path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
+}
+
+bool has_model(const std::filesystem::path &folder, const char *extension) {
+  return is_file(folder / (std::string("cameras") + extension)) &&
+         is_file(folder / (std::string("images") + extension));
+}
+
+} // namespace
+
+std::optional<std::string> find_colmap(const std::string &folder) {
+  const std::filesystem::path root(folder), sparse = root / "sparse";
+  const auto is_model = [](const std::filesystem::path &path) {
+    return has_model(path, ".bin") || has_model(path, ".txt");
+  };
+  for (const std::filesystem::path &path : {root, sparse})
+    if (is_model(path)) return path.string();
+  // Of pictures that it cannot join, COLMAP makes several models.
+  std::vector<std::string> found;
+  std::error_code error;
+  std::filesystem::directory_iterator entry(sparse, error), end;
+  for (; !error && entry != end; entry.increment(error))
+    if (is_model(entry->path())) found.push_back(entry->path().string());
+  if (found.empty()) return std::nullopt;
+  std::sort(found.begin(), found.end());
+  if (found.size() > 1)
+    throw Error(folder + ": expected one COLMAP model, found " + found[0] + " and " + found[1] +
+                ": pass the folder of one of them");
+  return found[0];
+}
+
+std::vector<std::string> colmap_files(const std::string &folder) {
+  const std::filesystem::path model = find_colmap(folder).value_or(folder);
+  const char *extension = has_model(model, ".bin") ? ".bin" : ".txt"; // as COLMAP chooses
+  std::vector<std::string> out;
+  for (const char *name : {"cameras", "images"})
+    out.push_back((model / (name + std::string(extension))).string());
+  return out;
+}
+
+Calibration read_colmap(const std::string &folder) {
+  const std::vector<std::string> files = colmap_files(folder);
+  const bool binary = std::filesystem::path(files[0]).extension() == ".bin";
+  const CamerasById cameras = (binary ? read_cameras_binary : read_cameras_text)(files[0]);
+  const std::vector<Image> images = (binary ? read_images_binary : read_images_text)(files[1], cameras);
   Calibration calibration;
+  for (const Image &image : images) calibration.pictures.push_back(image.picture);
+  const std::vector<std::string> names = names_of_pictures(calibration.pictures);
   for (size_t i = 0; i < images.size(); i++) {
     scene::Camera camera;
     camera.calibration = images[i].camera;
     camera.set_name(names[i]);
     append(calibration, std::move(camera), images[i].where);
   }
-  require_cameras(calibration, path);
+  require_cameras(calibration, files[1]);
   return calibration;
 }
 

@@ -1,10 +1,12 @@
 // transforms.json of nerfstudio and instant-ngp. Poses go from the camera to the world in OpenGL's axes;
 // intrinsics are at the top or in a frame, which then takes precedence.
 
+#include "fvv_media/image.h"
+#include "fvv_scene/strict_json.h"
 #include "scene/src/import/camera.h"
-#include "scene/src/strict_json.h"
 
 #include <cmath>
+#include <filesystem>
 
 namespace fvv::import {
 
@@ -118,15 +120,37 @@ void read_pose(const JsonValue &matrix, fvv_camera &camera) {
   set_pose_opengl(camera, axes, centre);
 }
 
+// Blender sets have no "w" and "h".
+void set_size(const Scope &scope, const std::string &picture, fvv_camera &model) {
+  std::error_code ignored;
+  if (!scope.find("w") && !scope.find("h") && std::filesystem::is_regular_file(picture, ignored)) {
+    const media::ImageInfo info = media::probe_image(picture);
+    model.width = info.width;
+    model.height = info.height;
+    return;
+  }
+  model.width = scope.pixels("w");
+  model.height = scope.pixels("h");
+}
+
 } // namespace
+
+std::string nerfstudio_picture(const std::string &folder, const std::string &file_path) {
+  const std::string path = (std::filesystem::path(folder) / file_path).lexically_normal().string();
+  std::error_code ignored;
+  for (const char *extension : {"", ".png", ".jpg", ".jpeg", ".exr"})
+    if (std::filesystem::is_regular_file(path + extension, ignored)) return path + extension;
+  return path;
+}
 
 Calibration read_nerfstudio(const std::string &file) {
   const nlohmann::json document = scene::parse_strict_json(scene::read_file(file, max_json_size), file);
   const JsonValue root(document, file), frames = root.at("frames");
-  std::vector<std::string> pictures;
-  for (size_t i = 0; i < frames.size(); i++) pictures.push_back(frames.item(i).at("file_path").text());
-  const std::vector<std::string> names = names_of_pictures(pictures);
   Calibration calibration;
+  for (size_t i = 0; i < frames.size(); i++)
+    calibration.pictures.push_back(frames.item(i).at("file_path").text());
+  const std::vector<std::string> names = names_of_pictures(calibration.pictures);
+  const std::string folder = std::filesystem::path(file).parent_path().string();
   for (size_t i = 0; i < frames.size(); i++) {
     const JsonValue frame = frames.item(i);
     const Scope scope(root, frame);
@@ -134,8 +158,7 @@ Calibration read_nerfstudio(const std::string &file) {
     camera.set_name(names[i]);
     fvv_camera &model = camera.calibration;
     model.id = static_cast<uint16_t>(i); // append() allows far fewer cameras than ids
-    model.width = scope.pixels("w");
-    model.height = scope.pixels("h");
+    set_size(scope, nerfstudio_picture(folder, calibration.pictures[i]), model);
     const auto fx = scope.focal("fl_x", "camera_angle_x", model.width);
     if (!fx) frame.fail("expected \"fl_x\" or \"camera_angle_x\" here or at the top, found neither");
     model.fx = *fx;

@@ -1,0 +1,47 @@
+// Captures without a capture.json: files by pattern, and folders of COLMAP and nerfstudio as they are.
+// docs/fvvmux-inputs.md has what users read.
+#pragma once
+
+#include "fvv_scene/capture.h"
+
+namespace fvv::scene {
+
+// What options say in place of a capture.json; empty: nothing.
+struct Inputs {
+  // Patterns of spec/capture.md, relative to the working folder; of pictures and masks with {name} or {id} of
+  // the camera. A name of the atlas, of pictures or masks that ends in .mp4, .mov, .mkv, .webm or .avi is a
+  // video, which begins with the first frame. atlas: also "embedded", the base colour images of glTF files.
+  std::string meshes, atlas, pictures, masks;
+  std::optional<fvv_rational> frame_duration; // seconds; else 1/25
+  // As in capture.json. Default: those of glTF where meshes are glTF and there is no calibration, else
+  // unknown.
+  std::string units, up;
+
+  bool is_given() const;
+};
+
+// The capture that a user gave: capture.json or its folder; or the folder of a COLMAP model, or one with the
+// transforms.json of nerfstudio, and the inputs; or an empty name, and the inputs alone. Throws Error: also
+// if there are inputs with a capture.json.
+Capture load_capture(const std::string &given, const Inputs &inputs);
+
+// The text of the capture.json that stands for a folder and inputs. file: where it is to be; its patterns are
+// relative to the folder of it. Throws Error: also for a folder that has a capture.json already.
+std::string describe_inputs(const std::string &given, const Inputs &inputs, const std::string &file);
+
+// Values of options. Error (usage) names the option.
+//
+// "25" or "30000/1001", as seconds per frame.
+fvv_rational parse_frame_rate(const char *option, const std::string &text);
+// Of --units: a name of spec/capture.md or metres per unit; none for "unknown".
+std::optional<double> parse_units(const std::string &text);
+// Of --up: "+y".
+uint8_t parse_up(const std::string &text);
+// Throws Error (usage) for patterns that are none, and for inputs that lack what they need.
+void check_inputs(const Inputs &inputs);
+
+// text with {name} and {id} replaced by those of the camera. percent: replaces a percent sign in the name.
+std::string fill_in(const char *option, const std::string &text, const Camera &camera,
+                    const std::string &percent);
+
+} // namespace fvv::scene
