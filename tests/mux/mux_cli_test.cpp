@@ -84,8 +84,11 @@ TEST_CASE("all problems of the files are reported before any work, one a line") 
           where + "--skip-bad-frames leaves out frames whose files cannot be used\n" + where +
           "\"meshes\": {\"empty\": ...} says at which frames the stage is empty\n");
   fs::remove(capture.path);
-  check_refused(folder, arguments(folder), 1,
-                "fvvmux: " + capture.path + ": cannot be opened: No such file or directory\n");
+  check_refused(
+      folder, arguments(folder), 1,
+      "fvvmux: " + folder.path("in") +
+          ": expected capture.json, a COLMAP model (cameras.bin or cameras.txt, also in sparse/0) or "
+          "transforms.json in the folder, found none\n");
 }
 
 TEST_CASE("a mesh that no decoder could show is refused by file, frame and vertex") {

@@ -335,7 +335,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
 } // namespace
 
 Plan make_plan(const Options &options, const Observer &observer) {
-  scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
+  scene::Capture capture = scene::load_capture(options.capture, options.inputs);
   capture.mesh_cache = scene::make_mesh_cache();
   return make_plan(std::move(capture), {}, options, observer);
 }

@@ -43,7 +43,7 @@ struct OptionTexts {
               video_pixels, video_size, video_tracks = "1", mesh_ladder = "auto", step, max_error,
               mesh_profile = "draco", normals = "auto", winding, frames, visibility = "auto",
               colours = "auto", match_colours = "auto", texture_blend, texture_unseen, texture_inset = "auto",
-              audio_bit_rate;
+              audio_bit_rate, meshes, atlas, pictures, masks, fps, units, up;
 };
 
 // Of options that are numbers.

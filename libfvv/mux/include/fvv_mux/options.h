@@ -4,6 +4,7 @@
 #include "fvv/video.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/range.h"
+#include "fvv_scene/inputs.h"
 
 #include <array>
 #include <cstdint>
@@ -106,7 +107,8 @@ enum class MatchColours { automatic, on, off };
 enum class MeshLadder { automatic, on, off };
 
 struct Options {
-  std::string capture; // capture.json or its folder
+  std::string capture;  // capture.json or its folder, or, with inputs, as scene::load_capture has it
+  scene::Inputs inputs; // in place of a capture.json
   uint32_t codec = FVV_CODEC_AVC1;
   int bit_depth = 8; // 10 or, of OpenEXR, 16
   Quality quality;

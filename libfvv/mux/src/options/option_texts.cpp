@@ -333,6 +333,13 @@ constexpr NamedText named_texts[] = {
     {"texture-unseen", &OptionTexts::texture_unseen},
     {"texture-inset", &OptionTexts::texture_inset},
     {"audio-bitrate", &OptionTexts::audio_bit_rate},
+    {"meshes", &OptionTexts::meshes},
+    {"atlas", &OptionTexts::atlas},
+    {"pictures", &OptionTexts::pictures},
+    {"masks", &OptionTexts::masks},
+    {"fps", &OptionTexts::fps},
+    {"units", &OptionTexts::units},
+    {"up", &OptionTexts::up},
 };
 
 struct NamedOptionalText {
@@ -483,6 +490,9 @@ void take_texts(Options &options, const OptionTexts &texts) {
   options.normals = parse_normals(texts.normals);
   if (!texts.winding.empty()) options.winding = parse_winding(texts.winding);
   if (!texts.frames.empty()) options.frames = fvv::parse_range("--frames", texts.frames);
+  options.inputs = {texts.meshes, texts.atlas, texts.pictures, texts.masks, {}, texts.units, texts.up};
+  if (!texts.fps.empty()) options.inputs.frame_duration = scene::parse_frame_rate("--fps", texts.fps);
+  scene::check_inputs(options.inputs);
   const bool has_pixels = !texts.video_pixels.empty(), has_size = !texts.video_size.empty();
   const bool has_tracks = options.video_tracks != 1;
   check_exclusion(texts.quality.has_value(), "--quality", options.bit_rate, "--bitrate");

@@ -67,11 +67,11 @@ struct Fields {
     a(width, height, pixels, name);
   }
   template <class A> static void of(A &a, Options &v) {
-    auto &[capture, codec, bit_depth, quality, bit_rate, tile, scale, atlas_scale, ladder, mesh_ladder,
-           texture_bits, background, step, max_error, triangles, keep_geometry, group, mesh_level,
-           mesh_profile, delta, normals, winding, min_component, threads, frames, cameras, pictures, meshes,
-           repeat_configuration, live, verify, crop, visibility, colours, match_colours, colour_cells,
-           texture_threshold, texture_best, texture_unseen, texture_blend, texture_depth_bias,
+    auto &[capture, inputs, codec, bit_depth, quality, bit_rate, tile, scale, atlas_scale, ladder,
+           mesh_ladder, texture_bits, background, step, max_error, triangles, keep_geometry, group,
+           mesh_level, mesh_profile, delta, normals, winding, min_component, threads, frames, cameras,
+           pictures, meshes, repeat_configuration, live, verify, crop, visibility, colours, match_colours,
+           colour_cells, texture_threshold, texture_best, texture_unseen, texture_blend, texture_depth_bias,
            texture_depth_slope, texture_inset, undistort, undistort_alpha, skip_bad_frames, environment,
            sound, sound_bit_rate, sound_channels, video_pixels, video_size, video_tracks, frame_limit] = v;
     a(capture, codec, bit_depth, quality, bit_rate, tile, scale, atlas_scale, ladder, mesh_ladder,
