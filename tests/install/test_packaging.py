@@ -1,0 +1,121 @@
+"""Debian packages of this build, taken apart and used; and one version in all places that name it.
+
+FVV_BUILD: the build's folder.
+"""
+
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ["FVV_BUILD"])
+VERSION = re.search(r"project\(fvv VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text()).group(1)
+SERIES = VERSION.rsplit(".", 1)[0]
+PACKAGES = {"library": f"libfvv{SERIES}", "dev": "libfvv-dev", "tools": "fvv-tools"}
+TOOLS = {"compare", "demux", "import", "info", "mux", "recover", "render", "serve", "synth"}
+
+
+def run(*command, **more):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **more)
+    assert done.returncode == 0, f"{command}: {done.stdout}{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("packages")
+    run("cpack", "-G", "DEB", "-B", folder, cwd=BUILD)
+    return {part: next(folder.glob(f"{name}_{VERSION}_*.deb")) for part, name in PACKAGES.items()}
+
+
+@pytest.fixture(scope="module")
+def root(packages, tmp_path_factory):
+    """An empty root folder into which all three were unpacked."""
+    folder = tmp_path_factory.mktemp("root")
+    for package in packages.values():
+        run("dpkg-deb", "-x", package, folder)
+    return folder
+
+
+def field(package, name):
+    return run("dpkg-deb", "-f", package, name).strip()
+
+
+def test_packages_depend_on_the_libraries_that_they_load(packages):
+    for part in ("library", "tools"):
+        needed = field(packages[part], "Depends")
+        assert re.search(r"\blibdraco\d+ ", needed) and re.search(r"\blibc6 ", needed), needed
+    assert re.search(r"\blibavcodec\d+ ", field(packages["tools"], "Depends"))
+    assert not re.search("libav|libpng|libfvv", field(packages["library"], "Depends"))
+    assert f"libfvv{SERIES} (= {VERSION})" in field(packages["dev"], "Depends")
+
+
+def test_each_file_is_in_one_package_and_below_usr(packages):
+    owner = {}
+    for part, package in packages.items():
+        for line in run("dpkg-deb", "-c", package).splitlines():
+            if line.startswith("d"):
+                continue
+            name = line.split(None, 5)[5].split(" -> ")[0]
+            assert name.startswith("./usr/"), name
+            assert owner.setdefault(name, part) == part, name
+    assert {Path(name).name for name, part in owner.items() if part == "tools" and "/bin/" in name} >= {
+        f"fvv{tool}" for tool in TOOLS
+    }
+    library = {Path(name).name for name, part in owner.items() if part == "library" and "libfvv.so" in name}
+    assert library == {f"libfvv.so.{SERIES}", f"libfvv.so.{VERSION}"}
+
+
+def test_tools_of_an_unpacked_package_work(root, tmp_path):
+    binaries = root / "usr/bin"
+    for tool in TOOLS:
+        assert run(binaries / f"fvv{tool}", "--version") == f"fvv{tool} {VERSION}\n"
+    small = ("--rig", "small", "--cameras", "3", "--frames", "2", "--size", "96x64")
+    run(binaries / "fvvsynth", "-o", tmp_path / "capture", *small)
+    run(binaries / "fvvmux", tmp_path / "capture", "-o", tmp_path / "players.fvv")
+    assert json.loads(run(binaries / "fvvinfo", "--check", "--json", tmp_path / "players.fvv"))
+
+
+def test_a_c_program_builds_against_an_unpacked_package(root, tmp_path):
+    library = next(root.rglob("libfvv.so")).parent
+    settings = {**os.environ, "PKG_CONFIG_PATH": str(library / "pkgconfig"), "LD_LIBRARY_PATH": str(library)}
+    flags = run("pkg-config", "--cflags", "--libs", "fvv", env=settings).split()
+    source = SOURCE / "packaging/conan/test_package/try.c"
+    run(os.environ.get("CC", "cc"), "-std=c99", "-Wall", "-Werror", source, "-o", tmp_path / "try", *flags)
+    assert run(tmp_path / "try", env=settings) == f"fvv {VERSION}\n"
+
+
+def test_all_places_name_the_same_version():
+    found = {}
+
+    def look(path, pattern):
+        found[path] = re.search(pattern, (SOURCE / path).read_text(), re.M).group(1)
+
+    look("CITATION.cff", r"^version: (\S+)$")
+    look("packaging/vcpkg/vcpkg.json", r'"version-semver": "(.+)"')
+    look("packaging/homebrew/fvv.rb", r'tag: "v(.+)"')
+    for path in sorted((SOURCE / "js").glob("*/package.json")):
+        package = json.loads(path.read_text())
+        if not package.get("private"):
+            found[str(path.relative_to(SOURCE))] = package["version"]
+    assert len(found) >= 8
+    assert set(found.values()) == {VERSION}, found
+
+
+def test_versions_of_the_python_package_and_of_conan_are_read_from_cmake():
+    assert 'input = "CMakeLists.txt"' in (SOURCE / "pyproject.toml").read_text()
+    recipe = (SOURCE / "packaging/conan/conanfile.py").read_text()
+    assert "project\\(fvv VERSION" in recipe
+
+
+def test_recipes_name_the_options_that_exist():
+    options = set(re.findall(r"^option\((FVV_\w+)", (SOURCE / "CMakeLists.txt").read_text(), re.M)) | {
+        "FVV_SOVERSION"
+    }
+    for path in ("vcpkg/portfile.cmake", "homebrew/fvv.rb", "conan/conanfile.py"):
+        named = set(re.findall(r"FVV_\w+", (SOURCE / "packaging" / path).read_text()))
+        assert named and named <= options, path
