@@ -313,7 +313,7 @@ TEST_CASE("the camera that moves is described frame by frame, and its pictures a
       INFO("frame " << frame << ": " << overlap.both << " of " << overlap.either);
       CHECK(overlap.share() > 0.97);
       if (frame > 0) CHECK(compare(silhouette(mesh, first), mask, picture).share() < 0.7);
-      const Vec3 ball = scene.play().ball().position(double(frame));
+      const Vec3 ball = scene.action().ball_position(double(frame));
       const double world[3] = {ball.x, ball.y, ball.z};
       double pixel[2];
       REQUIRE(fvv_camera_project(&camera, world, pixel, nullptr) == 1);

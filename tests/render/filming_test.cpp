@@ -226,7 +226,7 @@ TEST_CASE("a clap in each second is a flash of one frame and a click at its time
     }
   CHECK(light[true][0] == light[false][0]);
   CHECK(light[true][1] > 1.8 * light[false][1]);
-  const auto ball = ball_sound(scene.play().ball(), rate, 100);
+  const auto ball = ball_sound(scene.action(), rate, 100);
   CHECK(ball.size() == 4 * sound_rate);
   // Each player dribbles and passes once in each half of the cycle.
   size_t thumps = 0, last = 0;

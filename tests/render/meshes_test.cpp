@@ -6,6 +6,7 @@
 #include "fvvsynth/capture_writer.h"
 #include "fvvsynth/remesh.h"
 #include "fvvsynth/scene.h"
+#include "surface_volume.h"
 
 #include <cmath>
 
@@ -14,15 +15,10 @@ using namespace fvv::synth;
 
 namespace {
 
-const Floor ground{{0, 1, 0}, 0};
-
-double volume(const Surface &surface) {
-  double sum = 0;
-  for (size_t i = 0; i < surface.faces.size(); i += 3)
-    sum += dot(surface.vertices[surface.faces[i]],
-               cross(surface.vertices[surface.faces[i + 1]], surface.vertices[surface.faces[i + 2]])) /
-           6;
-  return sum;
+Options on_ground() {
+  Options options;
+  options.floor = Floor{{0, 1, 0}, 0};
+  return options;
 }
 
 Surface as_surface(const Scene &scene, const Moment &moment) {
@@ -108,11 +104,16 @@ TEST_CASE("a silhouette measures distances from its outline") {
     REQUIRE(view.seen);
     CHECK(view.pixels == Approx(expected).margin(1e-4));
     CHECK(view.metres == Approx(expected * 10 / 64).margin(1e-5));
-    CHECK(silhouette.clear_of(view, 0.1) == (expected > 4));
+    using Ball = Silhouette::Ball;
+    CHECK(silhouette.ball(world, 0.1) == (expected > 3    ? Ball::outside
+                                          : expected < -3 ? Ball::inside
+                                                          : Ball::unsure));
   }
   const double beside[3] = {6, 0, 0}, behind[3] = {0, 0, -11};
   CHECK_FALSE(silhouette.view(beside).seen);
   CHECK_FALSE(silhouette.view(behind).seen);
+  CHECK(silhouette.ball(beside, 0.1) == Silhouette::Ball::unseen);
+  CHECK(silhouette.ball(behind, 0.1) == Silhouette::Ball::unseen);
 }
 
 TEST_CASE("a hull has the intended size, is closed, holds the scene and fits the masks") {
@@ -123,7 +124,7 @@ TEST_CASE("a hull has the intended size, is closed, holds the scene and fits the
   const Scene scene(settings);
   const Moment moment = scene.at(0.44);
   const std::vector<Silhouette> masks = silhouettes(scene, moment);
-  const Surface hull = carve(hull_grid(220), masks, ground);
+  const Surface hull = carve(hull_grid(220), masks, on_ground()).surface;
   check_closed(hull);
   CHECK(hull.faces.size() / 3 > 32000);
   CHECK(hull.faces.size() / 3 < 38000);
@@ -163,9 +164,9 @@ TEST_CASE("what fewer than three cameras see is not in the hull") {
   settings.height = 54;
   const Scene scene(settings);
   std::vector<Silhouette> masks = silhouettes(scene, scene.at(0));
-  CHECK_FALSE(carve(hull_grid(60), masks, ground).faces.empty());
+  CHECK_FALSE(carve(hull_grid(60), masks, on_ground()).surface.faces.empty());
   masks.pop_back();
-  CHECK(carve(hull_grid(60), masks, ground).faces.empty());
+  CHECK(carve(hull_grid(60), masks, on_ground()).surface.faces.empty());
 }
 
 TEST_CASE("remeshing joins surfaces that cut each other") {

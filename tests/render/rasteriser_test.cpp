@@ -360,6 +360,32 @@ TEST_CASE("through a lens a tilted sheet is seen within its outline, at its dept
   CHECK(worst_depth < 1e-5);
 }
 
+TEST_CASE("without depth the same samples are covered, with a lens and without") {
+  for (const bool bent : {false, true}) {
+    fvv_camera camera = straight(160, 120, 128);
+    if (bent) {
+      camera.lens = FVV_LENS_RADTAN;
+      camera.distortion[0] = -0.2;
+      camera.r_max = fvv_camera_r_max(&camera);
+    }
+    Triangles soup;
+    uint32_t state = 7;
+    for (int i = 0; i < 600; i++)
+      soup.faces.push_back(soup.add(next(state) % 1000 / 250.0 - 2, next(state) % 1000 / 250.0 - 2,
+                                    0.5 + next(state) % 1000 / 250.0));
+    SampleBuffer seen(160, 120, 3), covered(160, 120, 3);
+    rasterise(Projection(camera), soup.mesh(), seen);
+    rasterise_coverage(Projection(camera, Projection::Rays::none), soup.mesh(), covered);
+    size_t count = 0;
+    for (size_t s = 0; s < seen.face.size(); s++) {
+      REQUIRE((seen.face[s] == no_face) == (covered.face[s] == no_face));
+      REQUIRE(covered.depth[s] == std::numeric_limits<float>::infinity());
+      count += seen.face[s] != no_face;
+    }
+    CHECK(count > 20000);
+  }
+}
+
 TEST_CASE("triangles with a corner beyond the lens are not drawn") {
   fvv_camera camera = straight(64, 64, 64);
   camera.lens = FVV_LENS_RADTAN;

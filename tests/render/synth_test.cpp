@@ -115,11 +115,11 @@ TEST_CASE("feet are on the floor, and one of each player's always is", "[long]")
 TEST_CASE("the ball moves without jumps, stays above the floor, and reaches both players") {
   for (const uint64_t seed : {1u, 2u}) {
     const Scene scene(small(seed));
-    const BallPath &ball = scene.play().ball();
+    const Action &action = scene.action();
     double left = 0, right = 0, lowest = 9;
     for (int i = 0; i < 4000; i++) {
-      const Vec3 at = ball.position(i / 1000.0);
-      CHECK(length(ball.position((i + 1) / 1000.0) - at) < 0.012); // 12 m/s
+      const Vec3 at = action.ball_position(i / 1000.0);
+      CHECK(length(action.ball_position((i + 1) / 1000.0) - at) < 0.012); // 12 m/s
       left = std::min(left, at.x);
       right = std::max(right, at.x);
       lowest = std::min(lowest, at.y);
@@ -127,7 +127,7 @@ TEST_CASE("the ball moves without jumps, stays above the floor, and reaches both
     CHECK(left < -0.7);
     CHECK(right > 0.7);
     CHECK(lowest == Approx(ball_radius).margin(0.006));
-    CHECK(length(ball.position(4.0) - ball.position(0)) < 1e-9);
+    CHECK(length(action.ball_position(4.0) - action.ball_position(0)) < 1e-9);
   }
 }
 
@@ -138,7 +138,7 @@ TEST_CASE("the mesh of the ball is on its path") {
     double worst = 0;
     for (size_t i = scene.vertex_count() - 1002; i < scene.vertex_count(); i++)
       worst = std::max(
-          worst, std::abs(length(vertex(moment, i) - scene.play().ball().position(time)) - ball_radius));
+          worst, std::abs(length(vertex(moment, i) - scene.action().ball_position(time)) - ball_radius));
     CHECK(worst < 1e-5);
   }
 }

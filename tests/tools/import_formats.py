@@ -1,4 +1,4 @@
-"""Calibrations in five formats, written from random cameras by formulas of this file alone.
+"""Calibrations in other formats, written from random cameras by formulas of this file alone.
 
 A function of WRITERS writes the files of one format and returns the arguments of fvvimport and the cameras, which project
 points by that format's own definition. measure() imports the files and returns by how many pixels the cameras of the
@@ -8,6 +8,7 @@ capture.json, projected by spec/fvv.md clause 9, miss these places. As a script 
 import json
 import os
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -101,6 +102,40 @@ def points_before(camera, random, count=200):
 
 def text(values):
     return " ".join(repr(float(v)) for v in np.ravel(values))
+
+
+def write_colmap_binary(folder, random):
+    """The default of COLMAP, in the folders of a project. The numbers of models are those of its sensor/models.h."""
+    numbers = dict(
+        zip("SIMPLE_PINHOLE PINHOLE SIMPLE_RADIAL RADIAL OPENCV OPENCV_FISHEYE FULL_OPENCV".split(), range(7))
+    )
+    numbers.update(SIMPLE_RADIAL_FISHEYE=8, RADIAL_FISHEYE=9)
+    cameras, intrinsics, images = [], [], []
+    for i, (model, (focal_lengths, keys)) in enumerate(COLMAP_MODELS.items()):
+        camera = Camera(random, keys, "FISHEYE" in model, focal_lengths)
+        parameters = [*camera.f[:focal_lengths], *camera.c, *camera.k.values()]
+        intrinsics.append(colmap_camera(i + 1, numbers[model], WIDTH, HEIGHT, parameters))
+        images.append(colmap_image(i + 11, camera.q, camera.t, i + 1, f"rig/view{i}.png", keypoints=i))
+        cameras.append((i + 11, f"view{i}", camera, 0))
+    write_colmap_files(folder / "sparse/0", intrinsics, images)
+    return ["colmap", folder], cameras
+
+
+def colmap_camera(identity, model, width, height, parameters):
+    return struct.pack(f"<IiQQ{len(parameters)}d", identity, model, width, height, *parameters)
+
+
+def colmap_image(identity, q, t, camera, name, keypoints=0):
+    points = b"".join(struct.pack("<ddQ", 1.5 * k, 2.5, 2**64 - 1) for k in range(keypoints))
+    pose = struct.pack("<I7dI", identity, *q, *t, camera)
+    return pose + name.encode() + b"\0" + struct.pack("<Q", keypoints) + points
+
+
+def write_colmap_files(model, cameras, images):
+    """Both files of a binary model."""
+    model.mkdir(parents=True, exist_ok=True)
+    for name, items in ("cameras", cameras), ("images", images):
+        (model / f"{name}.bin").write_bytes(struct.pack("<Q", len(items)) + b"".join(items))
 
 
 def write_colmap(folder, random):
@@ -238,8 +273,70 @@ def write_middlebury(folder, random):
     return ["middlebury", path, "--size", f"{WIDTH}x{HEIGHT}"], cameras
 
 
+def rows(matrix):
+    return "".join(text(row) + "\n" for row in np.atleast_2d(matrix))
+
+
+def intrinsic_matrix(camera):
+    return np.array([[camera.f[0], 0, camera.c[0]], [0, camera.f[1], camera.c[1]], [0, 0, 1]])
+
+
+def write_krt(folder, random):
+    """Blocks in one file, with and without coefficients, poses in the three ways."""
+    cameras, blocks = [], ["# K, lens, R and t"]
+    for i, keys in enumerate(["", "k1 k2 p1 p2 k3", "k1 k2 p1 p2 k3 k4 k5 k6"]):
+        camera = Camera(random, keys)
+        r, t = camera.r, camera.t
+        pose = [rows(np.column_stack([r, t])), rows(r) + rows(t), rows(r) + rows(t[:, None])][i]
+        lens = rows(list(camera.k.values())) if keys else ""
+        blocks.append(f"40000{i}\n{rows(intrinsic_matrix(camera))}{lens}{pose}")
+        cameras.append((i, f"40000{i}", camera, 0.5))
+    (folder / "KRT").write_text("\n".join(blocks))
+    return ["krt", folder / "KRT", "--size", f"{WIDTH}x{HEIGHT}"], cameras
+
+
+def write_krt_files(folder, random):
+    """A file for each camera: plain blocks, and those of MVSNet."""
+    cameras, cams = [], folder / "cams"
+    cams.mkdir(exist_ok=True)
+    for i in range(4):
+        camera = Camera(random)
+        pose, k = rows(np.column_stack([camera.r, camera.t])), rows(intrinsic_matrix(camera))
+        mvsnet = f"extrinsic\n{pose}0 0 0 1\n\nintrinsic\n{k}\n425 2.5\n"
+        (cams / f"{i:08}_cam.txt").write_text(mvsnet if i % 2 else k + "\n" + pose)
+        cameras.append((i, f"{i:08}_cam", camera, 0.5))
+    return ["krt", cams, "--size", f"{WIDTH}x{HEIGHT}"], cameras
+
+
+def write_panoptic(folder, random):
+    cameras, entries = [], []
+    for i in range(3):
+        camera = Camera(random, ["", "k1 k2 p1 p2 k3"][i % 2])
+        entries.append(
+            {
+                "name": f"00_{i:02}",
+                "type": "hd",
+                "resolution": [WIDTH, HEIGHT],
+                "panel": 0,
+                "node": i,
+                "K": intrinsic_matrix(camera).tolist(),
+                "distCoef": list(camera.k.values()) or [0.0] * 5,
+                "R": camera.r.tolist(),
+                "t": (camera.t * 100)[:, None].tolist(),
+            }
+        )
+        cameras.append((i, f"00_{i:02}", camera, 0.5))
+    path = folder / "calibration.json"
+    path.write_text(json.dumps({"calibDataSource": "test", "cameras": entries}))
+    return ["panoptic", path], cameras
+
+
 WRITERS = {
     "colmap": write_colmap,
+    "colmap_binary": write_colmap_binary,
+    "krt": write_krt,
+    "krt_files": write_krt_files,
+    "panoptic": write_panoptic,
     "opencv": write_opencv,
     "nerfstudio": write_nerfstudio,
     "qualisys": write_qualisys,

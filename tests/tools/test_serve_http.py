@@ -384,7 +384,7 @@ def test_tag_of_a_file_that_changes(server, folder):
 @pytest.mark.parametrize(
     "arguments, code, text",
     [
-        ([], 2, "--root or --live is required"),
+        ([], 2, "--root, --open or --live is required"),
         (["--root", "/nowhere"], 1, "/nowhere: cannot open"),
         (["--root", "{root}/clip.fvv"], 1, "is not a folder"),
         (["--root", "{root}", "--bind", "localhost"], 2, "--bind: expected an address"),
@@ -403,3 +403,81 @@ def test_usage(folder, arguments, code, text):
     command = [tool_path("fvvserve"), "--port", "0", *(a.format(root=folder) for a in arguments)]
     done = subprocess.run(command, capture_output=True, timeout=20)
     assert done.returncode == code and text in done.stderr.decode()
+
+
+def opened(folder, tmp_path, **environment):
+    """What fvvserve --open does with a file outside of the root: the line that it prints, and replies."""
+    clip = tmp_path / "my clip & more.fvv"
+    clip.write_bytes(b"\x89FVV\r\n\x1a\n" + CONTENT)
+    with pytest.MonkeyPatch.context() as patch:
+        for name in "DISPLAY", "WAYLAND_DISPLAY":
+            patch.delenv(name, raising=False)
+        for name, value in environment.items():
+            patch.setenv(name, value)
+        with Server("--root", folder, "--open", clip) as server:
+            targets = "/open/clip.fvv", "/open/my%20clip.fvv", "/open/", "/clip.fvv", "/secret.txt"
+            replies = [server.request(target) for target in targets]
+            ranged = server.request("/open/clip.fvv", Range="bytes=-4")
+            if environment:
+                deadline = time.monotonic() + 10
+                while not (tmp_path / "shown").exists() and time.monotonic() < deadline:
+                    time.sleep(0.05)
+    return server, replies, ranged
+
+
+def test_open_serves_a_file_outside_of_the_root(folder, tmp_path):
+    server, replies, ranged = opened(folder, tmp_path)
+    assert server.line == f"http://{server.host}/?open=my%20clip%20%26%20more.fvv\n"
+    assert [reply.status for reply in replies] == [200, 404, 404, 200, 404]
+    assert replies[0].body[8:] == CONTENT and replies[0]["Content-Type"] == "model/vnd.fvv"
+    assert (ranged.status, ranged.body) == (206, CONTENT[-4:])
+
+
+def test_open_shows_the_page_where_there_is_a_screen(folder, tmp_path):
+    viewer = tmp_path / "bin/xdg-open"
+    viewer.parent.mkdir()
+    viewer.write_text(
+        f'#!/bin/sh\nprintf %s "$1" >"{tmp_path}/new" && mv "{tmp_path}/new" "{tmp_path}/shown"\n'
+    )
+    viewer.chmod(0o755)
+    server, _, _ = opened(folder, tmp_path, DISPLAY=":7", PATH=f"{viewer.parent}:{os.environ['PATH']}")
+    assert (tmp_path / "shown").read_text() + "\n" == server.line
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda path: None, "cannot open: No such file"),
+        (lambda path: path.mkdir(), "expected a file"),
+        (lambda path: path.write_bytes(b""), "expected an fvv stream"),
+        (lambda path: path.write_text("<!doctype html>"), "expected an fvv stream"),
+    ],
+)
+def test_open_refuses_what_is_no_stream(folder, tmp_path, make, message):
+    path = tmp_path / "clip.fvv"
+    make(path)
+    command = [str(tool_path("fvvserve")), "--port", "0", "--root", str(folder), "--open", str(path)]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=10)
+    assert (found.returncode, found.stdout) == (1, "")
+    assert found.stderr.startswith(f"fvvserve: {path}: {message}")
+
+
+def test_open_without_a_site_says_what_builds_it(tmp_path):
+    clip = tmp_path / "clip.fvv"
+    clip.write_bytes(b"\x89FVV\r\n\x1a\n")
+    tool = tmp_path / "bin/fvvserve"
+    tool.parent.mkdir()
+    tool.write_bytes(tool_path("fvvserve").read_bytes())
+    tool.chmod(0o755)
+    command = [str(tool), "--port", "0", "--open", str(clip)]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=10)
+    assert (
+        found.returncode == 1
+        and "./run demo builds it; or name the folder of a site with --root" in found.stderr
+    )
+    site = tmp_path / "share/fvv/site"
+    site.mkdir(parents=True)
+    (site / "index.html").write_text("")
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline().endswith(b"/?open=clip.fvv\n")
+        process.terminate()

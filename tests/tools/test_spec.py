@@ -84,6 +84,9 @@ def test_schema_is_a_schema(path):
 def test_all_schemas_are_there():
     assert [path.name for path in SCHEMAS] == [
         "capture.schema.json",
+        "fvvcapture-calibrate.schema.json",
+        "fvvcapture-calibration.schema.json",
+        "fvvcapture.schema.json",
         "fvvcompare.schema.json",
         "fvvdemux.schema.json",
         "fvvimport.schema.json",

@@ -17,7 +17,7 @@ FOLDERS = ["libfvv", "bindings", "tools", "tests", "bench"] + sorted(
     for p in (ROOT / "js").glob("[!n]*/*")
     if p.is_dir() and p.name not in {"dist", "node_modules"}
 )
-PYTHON = ["spec", "bench", "bindings", "conformance", "tests", "tests/same_bytes"]
+PYTHON = ["spec", "bench", "bindings", "conformance", "tests", "tests/same_bytes", "js/docs"]
 GENERATED = {"format.h", "layout.h", "crc32c_table.h"}
 
 # One concept, one file: small enough to read, and few enough in a folder to find it.
@@ -149,6 +149,8 @@ PLACES = [
     "js/[!n]*/**/*.js",
     "js/[!n]*/**/*.mjs",
     "js/[!n]*/**/*.ts",
+    "js/docs/pages/*.md",
+    "js/docs/references/*.py",
     "libfvv/**/*.[ch]",
     "libfvv/**/*.cpp",
     "tests/**/*.[ch]",

@@ -2,14 +2,11 @@
 
 #include "cli/temporary.h"
 
-#include <boost/timer/progress_display.hpp>
 #include <pthread.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <iostream>
 #include <new>
 
 #ifdef __GLIBC__
@@ -30,6 +27,7 @@ extern "C" void interrupted(int signal) {
     pthread_kill(main_thread, signal);
     return;
   }
+  hide_progress();
   remove_temporaries_in_handler();
   std::signal(signal, SIG_DFL);
   std::raise(signal);
@@ -47,6 +45,7 @@ const std::string &tool() {
 }
 
 void warn(const std::string &text) {
+  hide_progress();
   std::fprintf(stderr, "%s: warning: %s\n", tool_name.c_str(), text.c_str());
 }
 
@@ -69,21 +68,6 @@ int run(const char *tool, const std::function<Exit()> &body) {
     std::fprintf(stderr, "%s: %s\n", tool, exception.what());
   }
   return failed;
-}
-
-struct Progress::Bar {
-  Bar(const std::string &label, uint64_t steps) : display(steps, std::cerr, label + "\n") {}
-  boost::timer::progress_display display;
-};
-
-Progress::Progress(const std::string &label, uint64_t steps) {
-  if (steps && isatty(STDERR_FILENO)) bar = std::make_unique<Bar>(label, steps);
-}
-
-Progress::~Progress() = default;
-
-void Progress::step(uint64_t n) {
-  if (bar) bar->display += n;
 }
 
 void parse_size(const std::string &option, const std::string &text, uint32_t &width, uint32_t &height) {

@@ -1,11 +1,11 @@
-// What all tools do alike: exit codes, one line per problem, progress.
+// What all tools do alike: exit codes, one line per problem.
 #pragma once
 
+#include "cli/progress.h"
 #include "fvv_cxx/error.h"
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -28,18 +28,6 @@ void parse_size(const std::string &option, const std::string &text, uint32_t &wi
 
 // The name that run() was given.
 const std::string &tool();
-
-// A bar on stderr while it is a terminal, nothing in a pipe. Steps may come from one thread only.
-class Progress {
-public:
-  Progress(const std::string &label, uint64_t steps);
-  ~Progress();
-  void step(uint64_t n = 1);
-
-private:
-  struct Bar;
-  std::unique_ptr<Bar> bar;
-};
 
 // For tools that ask for much memory and give it back, again and again: freed memory stays with the process,
 // up to some tens of megabytes a thread, where the system would take it away and clear it for the next

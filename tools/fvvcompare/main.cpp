@@ -1,5 +1,6 @@
 // fvvcompare: how far two sequences of meshes are apart. Argument parsing only.
 #include "cli/cli.h"
+#include "cli/help.h"
 #include "fvvcompare/report.h"
 
 #include <CLI/CLI.hpp>
@@ -53,8 +54,12 @@ int main(int argc, char **argv) {
   const std::map<std::string, compare::Points> points = {{"vertices", compare::Points::vertices},
                                                          {"samples", compare::Points::samples}};
   const CLI::Range positive(1e-300, 1e300, "POSITIVE");
-  app.add_option("A", options.a, "the reference: a capture.json, its folder, or a fvv stream")->required();
-  app.add_option("B", options.b, "the sequence to compare with it, likewise")->required();
+  app.add_option("A", options.a, "the reference: a capture.json, its folder, or a fvv stream")
+      ->required()
+      ->type_name("FILE.json|fvv");
+  app.add_option("B", options.b, "the sequence to compare with it, likewise")
+      ->required()
+      ->type_name("FILE.json|fvv");
   app.add_option("--frames", frames, "frame numbers of A to compare: 10-19");
   app.add_option("--start", options.start, "frame number of A that the first frame of B shows");
   app.add_option("--samples", options.samples, "of each surface and frame, besides its vertices")
@@ -63,27 +68,34 @@ int main(int argc, char **argv) {
   app.add_option("--points", options.points,
                  "where D1 and D2 are taken: vertices (default) or samples, which "
                  "means both")
-      ->transform(CLI::CheckedTransformer(points).description(""));
+      ->transform(CLI::CheckedTransformer(points).description(""))
+      ->type_name("vertices|samples");
   app.add_option("--peak", options.peak, "of PSNR; default: the diagonal of A's bounding box")
       ->check(positive);
   app.add_option("--max-rms", bounds.rms, "exit with 1 when the symmetric rms distance exceeds this")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--max-distance", bounds.distance, "exit with 1 when the Hausdorff distance exceeds this")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--csv", table, "file for the figures of each frame; - is standard output");
+  app.add_option("--csv", table, "file for the figures of each frame; - is standard output")
+      ->type_name("FILE.csv");
   app.add_option("--heatmap", options.heatmap,
-                 "folder for B as PLY, coloured by its distance from A: yellow is the p99 of B to A");
+                 "folder for B as PLY, coloured by its distance from A: yellow is the p99 of B to A")
+      ->type_name("FOLDER");
   app.add_flag("--json", as_json, "print everything as JSON");
   app.add_flag("--force", options.force,
                "replace an existing file, and a folder that fvvcompare wrote (docs/outputs.md)");
   app.add_option("--threads", options.threads, "frames at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
-  app.set_version_flag("--version", std::string("fvvcompare ") + fvv_version());
   app.footer(footer);
+  cli::set_help(app, "fvvcompare",
+                {
+                    "fvvcompare players players.fvv",
+                    "fvvcompare players players.fvv --max-rms 0.002 --json",
+                });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {
-    return app.exit(error) ? cli::usage : cli::done;
+    return cli::end_of_parsing(app, error);
   }
   return cli::run("fvvcompare", [&] {
     if (table == "-" && as_json)

@@ -5,6 +5,7 @@
 #include "fvv_demux/meshes.h"
 #include "fvv_demux/sounds.h"
 #include "fvv_demux/views.h"
+#include "fvvdemux/films.h"
 #include "fvvdemux/group.h"
 
 #include <algorithm>
@@ -101,7 +102,8 @@ scene::Capture describe_scene(const fvv_configuration &configuration, const Opti
   out.up = configuration.scene.up_axis;
   const fvv_scene &scene = configuration.scene;
   out.lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
-  if (options.meshes != Meshes::none && mesh_track_of(configuration, options.rung, nullptr))
+  if (options.meshes != Meshes::none && options.meshes != Meshes::glb &&
+      mesh_track_of(configuration, options.rung, nullptr))
     out.meshes = pattern(options.meshes == Meshes::ply   ? "meshes/%04d.ply"
                          : options.meshes == Meshes::obj ? "meshes/%04d.obj"
                                                          : "meshes/%04d.drc");
@@ -340,6 +342,7 @@ public:
       if (options.pictures != Pictures::none)
         views_of(*configuration, options.rung, options.cameras, &result.warnings);
     }
+    if (options.mp4) check_whole_groups(plan, options.frames);
     threads = threads_within_memory(stream.get(), file.path(), plan, options);
     result.frames_in_stream = plan.count;
   }
@@ -352,7 +355,7 @@ public:
     };
     Streams streams(file);
     std::vector<GroupResult> results(plan.groups.size());
-    cli::Progress progress(file.path(), plan.groups.size());
+    cli::Progress progress(file.path(), plan.groups.size(), "groups");
     fvv::parallel(
         threads, plan.groups.size(),
         [&](size_t i) {
@@ -370,6 +373,11 @@ public:
       for (const auto &[camera, count] : results[i].pictures)
         (camera == no_camera ? result.atlases : result.pictures[camera]) += count;
     }
+  }
+
+  void write_films(cli::OutputFolder &folder) {
+    if (options.mp4)
+      result.films = fvv::demux::write_films(stream.get(), file.path(), plan, options, folder, result);
   }
 
   void tell() {
@@ -398,7 +406,7 @@ public:
   }
 
   void check_written() const {
-    if (result.meshes || result.atlases || !result.pictures.empty()) return;
+    if (result.meshes || result.atlases || result.films || !result.pictures.empty()) return;
     throw Error(file.path() + ": " +
                 (frames.empty() && !result.losses.empty() ? "no frame is whole"
                  : frames.empty()                         ? "the stream has no frames"
@@ -575,11 +583,12 @@ private:
 } // namespace
 
 void demux(const std::string &input, const std::string &folder_name, const Options &options, Result &result) {
-  if (options.meshes == Meshes::none && options.pictures == Pictures::none)
+  if (options.meshes == Meshes::none && options.pictures == Pictures::none && !options.mp4)
     throw Error("--meshes none and --pictures none leave nothing to write", Error::usage);
   Run run(input, options, result);
   cli::OutputFolder folder(folder_name, options.force, cli::inputs({input}));
   run.unpack(folder);
+  run.write_films(folder);
   run.tell();
   run.check_written();
   run.describe(folder);

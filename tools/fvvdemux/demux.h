@@ -11,7 +11,8 @@
 
 namespace fvv::demux {
 
-enum class Meshes { none, ply, obj, drc };
+// glb: of its own for other programs, +y up, and no part of capture.json.
+enum class Meshes { none, ply, obj, drc, glb };
 // automatic: exr for video in OpenEXR, else png.
 enum class Pictures { none, png, jpg, exr, automatic };
 
@@ -26,6 +27,7 @@ struct Options {
   bool force = false;
   bool background = true;    // the environment as background.glb
   bool sound = true;         // in files of its codec
+  bool mp4 = false;          // video tracks as films too, not decoded
   media::MemoryLimit memory; // of all pictures that are decoded at once: fewer groups at a time keep it
 };
 
@@ -38,6 +40,7 @@ struct Result {
   bool capture = false;                  // capture.json was written
   bool background = false;               // background.glb was written
   uint64_t sounds = 0;                   // files of sound
+  uint64_t films = 0;                    // files of video tracks
   // "IN: frame 4 is lost: 0x1a2b: MESH: ... [FVV-1103]", in order of frames; not empty: exit code 3.
   std::vector<std::string> losses;
   std::vector<std::string> warnings;

@@ -25,7 +25,10 @@ const char *extension_of(Pictures pictures) {
 namespace {
 
 const char *extension_of(Meshes meshes) {
-  return meshes == Meshes::ply ? "ply" : meshes == Meshes::obj ? "obj" : "drc";
+  return meshes == Meshes::ply   ? "ply"
+         : meshes == Meshes::obj ? "obj"
+         : meshes == Meshes::drc ? "drc"
+                                 : "glb";
 }
 
 // Returns why a frame is lost; other failures than errors of the stream end the run.
@@ -148,7 +151,7 @@ public:
       camera.name_size = 0;
       if (found == FVV_OK) out.moving[id] = camera;
     }
-    if (has_mesh) write(mesh, number);
+    if (has_mesh) write(mesh, number, pictures);
     for (size_t i = 0; i < tracks.size(); i++)
       if (pictures[i])
         std::visit([&](const auto &picture) { write(tracks[i].track(), picture, number); }, *pictures[i]);
@@ -158,10 +161,44 @@ public:
   }
 
 private:
-  void write(const fvv_mesh &mesh, int64_t number) const {
+  // The track whose pictures show the atlas, and the view of it; NULL: the frame has no picture of it.
+  std::pair<size_t, const View *> atlas_of(const std::vector<std::optional<Picture>> &pictures) const {
+    for (size_t i = 0; i < tracks.size(); i++)
+      for (const View &view : tracks[i].track().views)
+        if (pictures[i] && view.tile.camera_id == no_camera) return {i, &view};
+    return {0, nullptr};
+  }
+  const char *picture_extension(size_t track) const {
+    return extension_of(files_of(options.pictures, tracks[track].track().video->config));
+  }
+
+  void write(const fvv_mesh &coded, int64_t number,
+             const std::vector<std::optional<Picture>> &pictures) const {
     const geometry::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
     const std::string file = name("meshes", number, extension_of(options.meshes));
-    folder.write(file, scene::format_mesh(in_metres(mesh, lattice), lattice, folder.shown(file)));
+    const geometry::Mesh mesh = in_metres(coded, lattice);
+    const auto [track, atlas] = atlas_of(pictures);
+    if (options.meshes == Meshes::glb) {
+      std::string texture;
+      // glTF knows PNG and JPEG alone.
+      if (atlas && !mesh.texture.empty() && !std::holds_alternative<media::LinearImage>(*pictures[track]))
+        texture = std::visit(
+            [&, view = atlas](const auto &picture) {
+              const std::vector<uint8_t> bytes = file_of(picture_of(*view, picture));
+              return std::string(bytes.begin(), bytes.end());
+            },
+            *pictures[track]);
+      folder.write(file, format_glb(mesh, lattice, scene.up_axis, texture, folder.shown(file)));
+      return;
+    }
+    std::string bytes = scene::format_mesh(mesh, lattice, folder.shown(file));
+    if (options.meshes == Meshes::obj && atlas && !mesh.texture.empty()) {
+      const std::string material = name("meshes", number, "mtl");
+      const std::string texture = name(atlas->folder, number, picture_extension(track));
+      folder.write(material, "newmtl frame\nKa 1 1 1\nKd 1 1 1\nillum 0\nmap_Kd ../" + texture + "\n");
+      bytes.insert(0, "mtllib " + material.substr(material.rfind('/') + 1) + "\nusemtl frame\n");
+    }
+    folder.write(file, bytes);
   }
   std::vector<uint8_t> file_of(const media::Image &picture) const {
     return options.pictures != Pictures::jpg

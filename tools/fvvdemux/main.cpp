@@ -1,5 +1,6 @@
 // fvvdemux: a stream as the files of a capture: meshes, pictures, calibration.
 #include "cli/cli.h"
+#include "cli/help.h"
 #include "cli/max_memory.h"
 #include "fvvdemux/demux.h"
 
@@ -26,6 +27,7 @@ std::string summary(const std::string &file, const demux::Result &result) {
       {"capture", result.capture},
       {"background", result.background},
       {"audio", result.sounds},
+      {"films", result.films},
       {"losses", result.losses},
       {"warnings", result.warnings}};
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -49,34 +51,41 @@ int main(int argc, char **argv) {
   const std::map<std::string, demux::Meshes> meshes = {{"ply", demux::Meshes::ply},
                                                        {"obj", demux::Meshes::obj},
                                                        {"drc", demux::Meshes::drc},
+                                                       {"glb", demux::Meshes::glb},
                                                        {"none", demux::Meshes::none}};
   const std::map<std::string, demux::Pictures> pictures = {{"png", demux::Pictures::png},
                                                            {"jpg", demux::Pictures::jpg},
                                                            {"exr", demux::Pictures::exr},
                                                            {"none", demux::Pictures::none}};
-  app.add_option("IN", input, "fvv file")->required();
-  app.add_option("-o,--output", output, "folder to write")->required();
+  app.add_option("IN", input, "fvv file")->required()->type_name("FILE.fvv");
+  app.add_option("-o,--output", output, "folder to write")->required()->type_name("FOLDER");
   app.add_option("--frames", frames, "numbers in the stream, from 0: 25 or 0-9,25; default: all");
   app.add_option("--cameras", cameras, "identifiers, in the same way; default: all");
   app.add_option("--rung", options.rung,
                  "of a stream with several qualities: 0 is the best, a number beyond the last means the last")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
-  app.add_option("--meshes", options.meshes, "ply (default), obj, drc or none")
-      ->transform(CLI::CheckedTransformer(meshes).description(""));
+  app.add_option("--meshes", options.meshes,
+                 "ply (default), obj, drc, glb (glTF 2.0 with its texture, +y up) or none")
+      ->transform(CLI::CheckedTransformer(meshes).description(""))
+      ->type_name("ply|obj|drc|glb|none");
   app.add_option("--pictures", options.pictures,
                  "png (of 16 bits where the video has more than 8), jpg, exr (half floats, linear light) or "
                  "none. Default: exr for video in OpenEXR, else png")
-      ->transform(CLI::CheckedTransformer(pictures).description(""));
+      ->transform(CLI::CheckedTransformer(pictures).description(""))
+      ->type_name("png|jpg|exr|none");
   app.add_option("--quality", options.quality, "of jpg, 1 to 100; default 95")->check(CLI::Range(1, 100));
   app.add_flag("!--no-background", options.background, "do not write the static environment, background.glb");
   app.add_flag("!--no-audio", options.sound, "do not write the sound, audio/TRACK.opus or .m4a");
+  app.add_flag(
+      "--mp4", options.mp4,
+      "also write the video tracks as they are, video/TRACK.mp4 (H.264, HEVC); --frames then selects "
+      "whole groups");
   app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
   cli::add_max_memory(app, options.memory.bytes);
   app.add_flag("--force", options.force, "replace the folder if fvvdemux wrote it (docs/outputs.md)");
   app.add_flag("--json", as_json, "print a summary as JSON");
-  app.set_version_flag("--version", std::string("fvvdemux ") + fvv_version());
   app.footer("Pictures are whole: what the stream has of them where it was, grey around it.\n"
              "Sound is that of the groups that the frames are in, with the packets of the stream.\n"
              "Visibility is left out: it describes the mesh as it was coded, and fvvmux computes it again.\n"
@@ -84,10 +93,16 @@ int main(int argc, char **argv) {
              "Exit code: 0 done, 1 nothing written, 2 usage, 3 written, and the file is damaged or has lost "
              "something.\n"
              "spec/fvvdemux.schema.json describes the output of --json.");
+  cli::set_help(app, "fvvdemux",
+                {
+                    "fvvdemux players.fvv -o players",
+                    "fvvdemux players.fvv -o frame25 --frames 25 --meshes obj",
+                    "fvvdemux players.fvv -o models --meshes glb --pictures none",
+                });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {
-    return app.exit(error) ? cli::usage : cli::done;
+    return cli::end_of_parsing(app, error);
   }
   return cli::run("fvvdemux", [&] {
     if (frames) options.frames = demux::Selection::parse("--frames", *frames);

@@ -1,7 +1,9 @@
 // fvvimport: a calibration of another program as the cameras of a capture.json. Argument parsing and the
-// order of work; the formats are tools/import's.
+// order of work; the formats are fvv_scene's.
 #include "cli/cli.h"
+#include "cli/help.h"
 #include "cli/output.h"
+#include "fvv_scene/inputs.h"
 #include "fvvimport/options.h"
 #include "fvvimport/sheet.h"
 #include "fvvimport/summary.h"
@@ -29,56 +31,67 @@ struct Arguments {
   throw Error(what, Error::usage);
 }
 
-// OpenCV: files, or a folder with them.
-std::vector<std::string> files_of(const std::vector<std::string> &inputs) {
+// Of a format with files for each camera: these, or those of a folder.
+std::vector<std::string> files_of(const std::vector<std::string> &inputs,
+                                  const std::vector<std::string> &extensions) {
   std::error_code error;
   if (inputs.size() != 1 || !std::filesystem::is_directory(inputs[0], error)) return inputs;
   std::vector<std::string> files;
   std::filesystem::directory_iterator entry(inputs[0], error), end;
-  for (; !error && entry != end; entry.increment(error)) {
-    const std::string extension = entry->path().extension().string();
-    if (extension == ".yml" || extension == ".yaml" || extension == ".xml")
+  for (; !error && entry != end; entry.increment(error))
+    if (std::find(extensions.begin(), extensions.end(), entry->path().extension()) != extensions.end())
       files.push_back(entry->path().string());
-  }
   if (error) throw Error(inputs[0] + ": cannot read the folder: " + error.message());
-  if (files.empty()) throw Error(inputs[0] + ": expected files .yml, .yaml or .xml, found none");
+  if (files.empty()) {
+    std::string names;
+    for (size_t i = 0; i < extensions.size(); i++)
+      names += (!i ? "" : i + 1 < extensions.size() ? ", " : " or ") + extensions[i];
+    throw Error(inputs[0] + ": expected files " + names + ", found none");
+  }
   std::sort(files.begin(), files.end());
   return files;
 }
 
+// The files of a calibration.
+std::vector<std::string> calibration_files(const Arguments &arguments) {
+  if (arguments.format == "opencv") return files_of(arguments.inputs, {".yml", ".yaml", ".xml"});
+  if (arguments.format == "krt") return files_of(arguments.inputs, {".txt", ".krt"});
+  if (arguments.format == "colmap") return import::colmap_files(arguments.inputs[0]);
+  return arguments.inputs;
+}
+
 // A calibration's files, and points.
 std::vector<std::string> files_read(const Arguments &arguments) {
-  std::vector<std::string> files = arguments.inputs;
-  if (arguments.format == "opencv") files = files_of(arguments.inputs);
-  if (arguments.format == "colmap")
-    for (const char *name : {"cameras.txt", "images.txt"})
-      files.push_back((std::filesystem::path(arguments.inputs[0]) / name).string());
+  std::vector<std::string> files = calibration_files(arguments);
   if (!arguments.points.empty()) files.push_back(arguments.points);
   return files;
 }
 
-import::Calibration read(const Arguments &arguments){
-    if (!arguments.size.empty() && arguments.format != "middlebury")
-        misuse("--size: expected for middlebury only, the other formats say how large pictures are");
-if (arguments.format == "opencv") return import::read_opencv(files_of(arguments.inputs));
-if (arguments.inputs.size() != 1)
-  misuse("INPUT: expected one for " + arguments.format + ", found " +
-         std::to_string(arguments.inputs.size()));
-const std::string &input = arguments.inputs[0];
-if (arguments.format == "colmap") return import::read_colmap(input);
-if (arguments.format == "nerfstudio") return import::read_nerfstudio(input);
-if (arguments.format == "qualisys") return import::read_qualisys(input);
-if (arguments.size.empty())
-  misuse("--size: expected WIDTHxHEIGHT of the pictures, which middlebury does not say");
-const fvvimport::Size size = fvvimport::parse_size(arguments.size);
-return import::read_middlebury(input, size.width, size.height);
+fvv::import::Calibration read(const Arguments &arguments) {
+  const std::string &format = arguments.format;
+  const bool lacks_size = format == "middlebury" || format == "krt";
+  if (!arguments.size.empty() && !lacks_size)
+    misuse("--size: expected for middlebury and krt only, the other formats say how large pictures are");
+  if (lacks_size && arguments.size.empty())
+    misuse("--size: expected WIDTHxHEIGHT of the pictures, which " + format + " does not say");
+  const fvvimport::Size size = lacks_size ? fvvimport::parse_size(arguments.size) : fvvimport::Size{0, 0};
+  if (format == "opencv") return import::read_opencv(calibration_files(arguments));
+  if (format == "krt") return import::read_krt(calibration_files(arguments), size.width, size.height);
+  if (arguments.inputs.size() != 1)
+    misuse("INPUT: expected one for " + format + ", found " + std::to_string(arguments.inputs.size()));
+  const std::string &input = arguments.inputs[0];
+  if (format == "colmap") return import::read_colmap(input);
+  if (format == "nerfstudio") return import::read_nerfstudio(input);
+  if (format == "panoptic") return import::read_panoptic(input);
+  if (format == "qualisys") return import::read_qualisys(input);
+  return import::read_middlebury(input, size.width, size.height);
 } // namespace
 
 // The format's own unit unless the user names another.
 void set_units(const Arguments &arguments, const import::Calibration &calibration, scene::Capture &capture) {
   std::optional<double> metres;
   if (calibration.metres_per_unit > 0) metres = calibration.metres_per_unit;
-  if (!arguments.units.empty()) metres = fvvimport::parse_units(arguments.units);
+  if (!arguments.units.empty()) metres = scene::parse_units(arguments.units);
   capture.scale_unknown = !metres;
   for (scene::Camera &camera : capture.cameras)
     for (double &coordinate : camera.calibration.translation) coordinate *= metres.value_or(1);
@@ -121,9 +134,9 @@ cli::Exit work(const Arguments &arguments) {
   check_usage(arguments);
   scene::Capture capture;
   capture.path = arguments.output;
-  capture.frame_duration = fvvimport::parse_frame_rate(arguments.rate);
+  capture.frame_duration = scene::parse_frame_rate("--frame-rate", arguments.rate);
   capture.frames = fvvimport::parse_frames(arguments.frames.value_or("0"));
-  capture.up = fvvimport::parse_up(arguments.up);
+  capture.up = scene::parse_up(arguments.up);
   const import::Calibration calibration = read(arguments);
   capture.cameras = calibration.cameras;
   set_units(arguments, calibration, capture);
@@ -170,18 +183,21 @@ int main(int argc, char **argv) {
   CLI::App app("Reads a calibration of another program and writes its cameras as a capture.json.");
   Arguments a;
   a.sheet.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
-  app.add_option(
-         "FORMAT", a.format,
-         "colmap, opencv, nerfstudio, qualisys, middlebury, or capture: a capture.json to look at (--sheet)")
+  app.add_option("FORMAT", a.format,
+                 "colmap, opencv, nerfstudio, qualisys, middlebury, krt, panoptic, or capture: a "
+                 "capture.json to look "
+                 "at (--sheet)")
       ->required()
-      ->check(CLI::IsMember({"colmap", "opencv", "nerfstudio", "qualisys", "middlebury", "capture"})
-                  .description(""));
-  app.add_option(
-         "INPUT", a.inputs,
-         "colmap: folder of cameras.txt and images.txt; opencv: a file for each camera, or their folder; "
-         "capture: capture.json or its folder; others: a file")
-      ->required();
-  app.add_option("-o,--output", a.output, "capture.json to write")->type_name("FILE");
+      ->check(CLI::IsMember(
+                  {"colmap", "opencv", "nerfstudio", "qualisys", "middlebury", "krt", "panoptic", "capture"})
+                  .description(""))
+      ->type_name("colmap|opencv|nerfstudio|qualisys|middlebury|krt|panoptic|capture");
+  app.add_option("INPUT", a.inputs,
+                 "colmap: folder of a model, binary or text, or of a project; opencv, krt: a file for each "
+                 "camera, or their folder; capture: capture.json or its folder; others: a file")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("-o,--output", a.output, "capture.json to write")->type_name("FILE.json");
   auto *pictures = app.add_option("--pictures", a.pictures,
                                   "pictures of a camera, with {name} or {id}, and %d or %0Nd for the frame")
                        ->type_name("PATTERN");
@@ -196,21 +212,23 @@ int main(int argc, char **argv) {
   app.add_option(
          "--units", a.units,
          "of the calibration: metres, centimetres, millimetres, inches, feet, metres per unit as a number, "
-         "or unknown (default, but qualisys: millimetres); cameras are written in metres")
+         "or unknown (default, but qualisys: millimetres, panoptic: centimetres); cameras are written in "
+         "metres")
       ->type_name("UNIT");
   app.add_option("--up", a.up, "world axis that points up: +x, -x, +y, -y, +z, -z; default unknown")
       ->type_name("AXIS");
   app.add_option("--frame-rate", a.rate, "frames per second; default 25")->type_name("N[/D]");
   app.add_option("--frames", a.frames, "first and last frame number, like 0-49; default 0")->type_name("A-B");
-  app.add_option("--size", a.size, "width and height of the pictures, for middlebury")->type_name("WxH");
+  app.add_option("--size", a.size, "width and height of the pictures, for middlebury and krt")
+      ->type_name("WxH");
   app.add_option("--check", a.points, "lines X Y Z CAMERA_ID U V: tell how well the cameras explain them")
-      ->type_name("POINTS");
+      ->type_name("FILE");
   auto *sheet =
       app.add_option(
              "--sheet", a.sheet.output,
              "of a capture: write this PNG, every camera's picture of the middle frame (of --frames), with "
              "the outline of the mesh, or of the hull of the masks")
-          ->type_name("PNG");
+          ->type_name("FILE.png");
   app.add_option("--sheet-width", a.sheet.width, "longest side of its panels, at most, in pixels")
       ->check(CLI::Range(120, 2048))
       ->capture_default_str()
@@ -227,16 +245,21 @@ int main(int argc, char **argv) {
       ->needs(sheet);
   app.add_flag("--json", a.as_json, "print a summary as JSON");
   app.add_flag("--force", a.force, "replace the file when it exists (docs/outputs.md)");
-  app.set_version_flag("--version", std::string("fvvimport ") + fvv_version());
   app.footer(
       "--check takes points in the units that are written (metres unless unknown), and pixels with the\n"
       "centre of the top left one at (0.5, 0.5).\n"
       "Exit code: 0 done, 1 failed, 2 usage, 3 done, but --check suspects a mistake in the calibration.\n"
       "spec/fvvimport.schema.json describes the output of --json.");
+  cli::set_help(
+      app, "fvvimport",
+      {
+          "fvvimport colmap sparse/0 --pictures 'images/{name}/%04d.png' --frames 0-49 -o capture.json",
+          "fvvimport capture players --sheet sheet.png",
+      });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {
-    return app.exit(error) ? cli::usage : cli::done;
+    return cli::end_of_parsing(app, error);
   }
   return cli::run("fvvimport", [&] { return a.format == "capture" ? write_sheet(a) : work(a); });
 }

@@ -7,9 +7,6 @@
 
 namespace fvv::fvvimport {
 
-// "25" or "30000/1001", as seconds per frame.
-fvv_rational parse_frame_rate(const std::string &text);
-
 // "A-B", or "A" alone.
 scene::Frames parse_frames(const std::string &text);
 
@@ -18,11 +15,6 @@ struct Size {
   uint32_t width, height;
 };
 Size parse_size(const std::string &text);
-
-// A name of spec/capture.md or metres per unit; none for "unknown".
-std::optional<double> parse_units(const std::string &text);
-
-uint8_t parse_up(const std::string &text);
 
 // {name} and {id} are replaced; the rest is a pattern of spec/capture.md without further "{" and "}". option:
 // for messages.

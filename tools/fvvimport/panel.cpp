@@ -1,7 +1,7 @@
 #include "fvvimport/panel.h"
 #include "fvv_geometry/mesh.h"
 #include "fvv_geometry/outline.h"
-#include "fvvimport/rig_hull.h"
+#include "fvv_geometry/rig.h"
 
 #include <algorithm>
 #include <cmath>
@@ -174,7 +174,7 @@ void annotate(media::Image &image, const Pixel &p, const std::string &text, Colo
 } // namespace
 
 double guide_step(const std::vector<fvv_camera> &cameras) {
-  return geometry::round_down_125(rig_space(cameras).radius / 5);
+  return geometry::round_down_125(geometry::rig_space(cameras).radius / 5);
 }
 
 void draw_axes(const std::vector<fvv_camera> &cameras, size_t which, media::Image &image) {
@@ -198,7 +198,7 @@ void draw_ground(const std::vector<fvv_camera> &cameras, size_t which, uint8_t u
   if (up == FVV_UP_UNKNOWN) return;
   const fvv_camera camera = geometry::resized(cameras[which], image.width, image.height);
   const double step = guide_step(cameras);
-  const Vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, centre = rig_space(cameras).centre;
+  const Vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, centre = geometry::rig_space(cameras).centre;
   const int vertical = up == FVV_UP_X || up == FVV_UP_MINUS_X   ? 0
                        : up == FVV_UP_Y || up == FVV_UP_MINUS_Y ? 1
                                                                 : 2;

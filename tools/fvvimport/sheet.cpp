@@ -87,7 +87,7 @@ SheetReport check_calibration(const SheetOptions &options) {
     report.cameras.push_back(std::move(camera));
   }
   std::vector<Panel> panels(input.cameras.size());
-  cli::Progress progress("cameras", panels.size());
+  cli::Progress progress("fvvimport", panels.size(), "cameras");
   fvv::parallel(
       options.threads, panels.size(),
       [&](size_t i) { panels[i] = make_panel(input, subject, layout, i, report.cameras[i]); },

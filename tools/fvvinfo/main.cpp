@@ -1,4 +1,5 @@
 // fvvinfo: what is in a fvv file, and whether it is whole.
+#include "cli/help.h"
 #include "fvvinfo/report.h"
 
 #include <CLI/CLI.hpp>
@@ -35,16 +36,20 @@ int main(int argc, char **argv) {
   std::vector<std::string> files;
   info::Options options;
   bool as_json = false;
-  app.add_option("FILE", files, "fvv files; - is standard input")->required();
+  app.add_option("FILE", files, "fvv files; - is standard input")->required()->type_name("FILE.fvv");
   app.add_flag("--json", as_json, "print JSON (spec/fvvinfo.schema.json)");
   app.add_flag("--chunks", options.chunks, "list every chunk");
   app.add_flag("--check", options.check, "decode every mesh and check every video sample as well");
-  app.set_version_flag("--version", std::string("fvvinfo ") + fvv_version());
   app.footer("Exit code: 0 all whole, 1 damaged or unreadable, 2 usage, 3 truncated (or live: no footer).");
+  cli::set_help(app, "fvvinfo",
+                {
+                    "fvvinfo players.fvv",
+                    "fvvinfo --check --json players.fvv",
+                });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {
-    return app.exit(error) ? cli::usage : cli::done;
+    return cli::end_of_parsing(app, error);
   }
   return cli::run("fvvinfo", [&] {
     cli::Exit worst = cli::done;

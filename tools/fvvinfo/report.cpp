@@ -71,7 +71,7 @@ void read_all(Source &source, Report &report) {
   report.chunks.clear();
   report.has_index = false;
   constexpr size_t block = 1 << 20;
-  cli::Progress progress("reading " + report.name, source.size() / block);
+  cli::Progress progress("reading " + report.name, source.size() / block, "MiB");
   std::vector<uint8_t> bytes(block);
   while (const size_t n = source.read(bytes.data(), block)) {
     report.status = fvv_checker_push(checker, bytes.data(), n);

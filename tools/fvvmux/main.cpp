@@ -1,10 +1,11 @@
 // fvvmux: packs a capture into a fvv stream. Argument parsing only.
 #include "cli/cli.h"
+#include "cli/help.h"
 #include "cli/output.h"
 #include "fvv_mux/option_texts.h"
 #include "fvv_mux/segments.h"
 #include "fvv_mux/summary.h"
-#include "fvv_scene/capture.h"
+#include "fvv_scene/inputs.h"
 #include "fvvmux/parts.h"
 
 #include <CLI/CLI.hpp>
@@ -22,10 +23,10 @@ constexpr const char *footer =
     "no file and no folder behind (docs/outputs.md).\n"
     "spec/fvvmux.schema.json describes the output of --json.";
 
-// The output of the stream.
 struct Outputs {
   std::string stream;   // "-": standard output
   std::string segments; // folder
+  std::string capture;  // capture.json
   bool force = false;
 };
 
@@ -33,16 +34,50 @@ template <class T> CLI::Range within(const mux::Bounds<T> &bounds) {
   return CLI::Range(bounds.least, bounds.most);
 }
 
+// In place of a capture.json.
+void add_input_options(CLI::App &app, Outputs &outputs, mux::OptionTexts &texts) {
+  app.add_option("--meshes", texts.meshes,
+                 "meshes with %d or %0Nd for the number of the frame ('f/%04d.obj'), from the lowest that is "
+                 "there; or one for all frames: .obj, .ply, .drc, .draco, .glb, .gltf")
+      ->type_name("PATTERN");
+  app.add_option("--atlas", texts.atlas,
+                 "pictures of their texture coordinates, likewise, or a video; embedded: those in .glb and "
+                 ".gltf files (default, where there are no cameras)")
+      ->type_name("PATTERN");
+  app.add_option("--pictures", texts.pictures,
+                 "pictures of the cameras of a COLMAP model or transforms.json, with {name} or {id}, and %d; "
+                 "or videos. Default: those that it names")
+      ->type_name("PATTERN");
+  app.add_option("--masks", texts.masks, "silhouettes of the cameras, in the same way")->type_name("PATTERN");
+  app.add_option("--fps", texts.fps, "frames per second: 30, 30000/1001. Default: 25")->type_name("RATE");
+  app.add_option("--units", texts.units,
+                 "of meshes and cameras: metres, centimetres, millimetres, inches, feet, metres per unit, or "
+                 "unknown. Default: unknown, but of glTF without cameras metres")
+      ->type_name("UNIT");
+  app.add_option("--up", texts.up,
+                 "axis that points up: +x, -x, +y, -y, +z, -z or unknown. Default: unknown, but of glTF "
+                 "without cameras +y")
+      ->type_name("AXIS");
+  app.add_option("--write-capture", outputs.capture,
+                 "write the capture.json that these inputs stand for; -o may be left out then")
+      ->type_name("FILE.json");
+}
+
 void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::OptionTexts &texts) {
-  app.add_option("CAPTURE", options.capture, "capture.json (spec/capture.md) or its folder")->required();
-  app.add_option("-o,--output", outputs.stream, "file to write; - is standard output");
+  app.add_option("CAPTURE", options.capture,
+                 "capture.json (spec/capture.md) or its folder; or the folder of a COLMAP model or of "
+                 "nerfstudio's transforms.json; or left out, with --meshes (docs/fvvmux-inputs.md)")
+      ->type_name("FILE.json|fvv");
+  app.add_option("-o,--output", outputs.stream, "file to write; - is standard output")->type_name("FILE.fvv");
   app.add_option(
          "--codec", texts.codec,
          "jpeg, h264, hevc, vp9, av1, or exr: light beyond white stays as it is, from pictures in OpenEXR")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("jpeg|h264|hevc|vp9|av1|exr");
   app.add_option("--bit-depth", texts.bit_depth,
                  "8, or 10 (hevc, vp9, av1): smooth shades without bands, from pictures of 16 bits above "
-                 "all; exr has 16. Default: the least that the codec has");
+                 "all; exr has 16. Default: the least that the codec has")
+      ->type_name("8|10");
   auto *quality = app.add_option(
       "--quality", texts.quality,
       "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
@@ -60,7 +95,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
   app.add_option("--mesh-ladder", texts.mesh_ladder,
                  "coarser meshes for lower rungs, whose pixels are larger: auto where they save 5 % of a "
                  "rung, on or off")
-      ->needs(ladder);
+      ->needs(ladder)
+      ->type_name("auto|on|off");
   auto *tile = app.add_option("--tile", texts.tile, "size of every camera's picture in the stream: 480x270");
   app.add_option("--scale", texts.scale, "the same as a factor, above 0 and at most 1")->excludes(tile);
   app.add_option("--atlas-scale", texts.atlas_scale,
@@ -73,12 +109,14 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
          "--background", texts.background,
          "around the silhouette, where there are masks: keep, flat (its colours for 8 px, then grey), smooth "
          "(its colours run on everywhere), or auto: smooth for av1, flat for the others")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("auto|keep|flat|smooth");
   app.add_option(
          "--crop", texts.crop,
          "auto: of each camera's picture what is seen of the scene in a group of frames, by its masks, else "
          "by the mesh; none: whole pictures (docs/fvvmux-tiles.md)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("auto|none");
   auto *undistort =
       app.add_flag("--undistort", options.undistort,
                    "resample the pictures of cameras with a lens to cameras without (docs/calibration.md)");
@@ -122,21 +160,25 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
       ->check(within(mux::mesh_level_bounds))
       ->capture_default_str();
   app.add_option("--mesh-profile", texts.mesh_profile, "draco, raw or fast (more bytes, quick to decode)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("draco|raw|fast");
   app.add_option(
          "--normals", texts.normals,
          "send the source's: auto (where more than 1 % of the first mesh's vertices lie on hard edges: "
          "computed from all faces around, their normals are off by more than 20 degrees), always or never")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("auto|always|never");
   app.add_option("--winding", texts.winding,
                  "of faces: keep, flip (turn all of them round), or auto (flip when most of what cameras see "
-                 "has its back to them: they are inside out). Default: keep, with a warning in that case");
+                 "has its back to them: they are inside out). Default: keep, with a warning in that case")
+      ->type_name("keep|flip|auto");
   app.add_option(
          "--visibility", texts.visibility,
          "send what cameras see: auto (weight, unless it takes more than a tenth of the pictures' bytes, or "
          "one camera is alone), weight (a visibility weight of each vertex and camera) or none "
          "(docs/fvvmux-visibility.md)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("auto|weight|none");
   app.add_option(
          "--colours", texts.colours,
          "send a colour of low resolution for all of the surface, which is shown where no camera sees it, "
@@ -151,7 +193,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
                  "common: auto (where two cameras differ by more than 3 % and gains take away at least half "
                  "of that), on "
                  "or off (docs/fvvmux-match.md)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("auto|on|off");
   app.add_option(
          "--texture-threshold", options.texture_threshold,
          "tell players the least cosine between normal and ray for which they take a camera's colour; "
@@ -161,9 +204,10 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
                  "tell players how many cameras to mix at a place, at most. Players' default: 3")
       ->check(within(mux::texture_best_bounds));
   app.add_option(
-      "--texture-blend", texts.texture_blend,
-      "tell players how to weight cameras: viewer (by the viewer's direction, players' default) or "
-      "paper (by the normal alone, as WHP 235)");
+         "--texture-blend", texts.texture_blend,
+         "tell players how to weight cameras: viewer (by the viewer's direction, players' default) or "
+         "paper (by the normal alone, as WHP 235)")
+      ->type_name("viewer|paper");
   app.add_option("--texture-unseen", texts.texture_unseen,
                  "tell players the colour of surface that no camera shows, R,G,B. Players' default: "
                  "128,128,128");
@@ -212,13 +256,63 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
   app.add_flag("--live", options.live, "no index and no footer");
   app.add_flag("--verify", options.verify, "read the file back and compare everything with the capture");
   app.add_option(
-      "--segments", outputs.segments,
-      "write the stream as a folder besides: configuration, a file for each group, manifest.json, for "
-      "hosts that break ranges (docs/fvvserve.md). CAPTURE may be a .fvv file then: it is cut up as it "
-      "is, and -o is left out");
+         "--segments", outputs.segments,
+         "write the stream as a folder besides: configuration, a file for each group, manifest.json, for "
+         "hosts that break ranges (docs/fvvserve.md). CAPTURE may be a .fvv file then: it is cut up as it "
+         "is, and -o is left out")
+      ->type_name("FOLDER");
   app.add_flag("--force", outputs.force,
                "replace an existing file, and a folder of segments that fvvmux wrote (docs/outputs.md)");
 }
+
+// What --help shows; --help-all has everything.
+const std::vector<cli::HelpSection> shown = {
+    {"Files",
+     {{"CAPTURE", "capture.json or its folder, or one of COLMAP or nerfstudio"},
+      {"-o, --output FILE", "the stream; - is standard output"},
+      {"--frames A-B", "frame numbers to take"},
+      {"--cameras A,B-C,NAME", "cameras to take"},
+      {"--segments FOLDER", "also as files for hosts without range requests"},
+      {"--verify", "read the file back and compare everything with the capture"},
+      {"--force", "replace what exists (docs/outputs.md)"},
+      {"--json", "print the summary as JSON"}}},
+    {"Without a capture.json (docs/fvvmux-inputs.md)",
+     {{"--meshes PATTERN", "files by frame number: 'f/%04d.obj'"},
+      {"--atlas PATTERN", "their textures: 'f/%04d.png'"},
+      {"--fps RATE", "frames per second. Default: 25"},
+      {"--units UNIT", "of meshes and cameras; --up AXIS"},
+      {"--write-capture FILE", "the capture.json that was understood"}}},
+    {"Meshes",
+     {{"--max-error ERROR", "pixels of the transmitted pictures, or a length: 1mm. Default: 0.15"},
+      {"--keep-geometry", "decimate nothing"},
+      {"--triangles N", "decimate every frame to this number"},
+      {"--mesh-profile NAME", "draco (default), fast (quick to decode) or raw"},
+      {"--group N", "frames in a group: where players can begin. Default: one second"},
+      {"--winding HOW", "keep, flip or auto: for meshes that are inside out"}}},
+    {"Pictures",
+     {{"--codec NAME", "h264 (default), hevc, vp9, av1, jpeg, exr"},
+      {"--quality Q", "PSNR of the foreground (42dB, the default), or the codec's number"},
+      {"--bitrate RATE", "bits a second (4M), in place of a quality"},
+      {"--scale F", "size of the pictures, above 0 and at most 1; or --tile WxH"},
+      {"--ladder F,F", "several sizes, for players to choose by bandwidth: 1,0.75,0.5"},
+      {"--background HOW", "around the silhouette: auto, keep, flat, smooth"},
+      {"--bit-depth N", "8, or 10 for smooth shades"},
+      {"--video-pixels N", "of the frame that all cameras share: 2M"}}},
+    {"What is left out",
+     {{"--no-pictures", "and --no-meshes, --no-background, --no-audio"},
+      {"--skip-bad-frames", "frames that cannot be used are left out and named, with exit code 3"}}},
+    {"Running",
+     {{"--threads N", "the bytes are the same for any number"},
+      {"--live", "no index and no footer"},
+      {"--plan FOLDER", "encode on many machines; --part, --merge (docs/fvvmux-parts.md)"},
+      {"--help-all", "all options, also for players' texturing, tiles, sound and ladders"},
+      {"--version", "of fvvmux"}}}};
+const std::vector<std::string> examples = {
+    "fvvmux players -o players.fvv",
+    "fvvmux --meshes 'f/%04d.obj' --atlas 'f/%04d.png' --fps 30 -o f.fvv",
+    "fvvmux players -o players.fvv --quality 38dB --max-error 0.3 --codec hevc",
+    "fvvmux players -o players.fvv --scale 0.75 --background flat --ladder 1,0.75,0.5",
+};
 
 struct WrittenSegments {
   std::string folder;
@@ -257,11 +351,28 @@ cli::Exit cut_up(const mux::Options &options, const Outputs &outputs, bool as_js
   return cli::done;
 }
 
+// Of files that a run reads.
+cli::Inputs files_of(const mux::Options &options) {
+  return [&](const std::function<void(const std::string &)> &visit) {
+    scene::visit_files(scene::load_capture(options.capture, options.inputs), visit);
+  };
+}
+
+void write_capture(const mux::Options &options, const std::string &path, cli::OutputFile &file) {
+  const std::string text = scene::describe_inputs(options.capture, options.inputs, path);
+  file.write(text.data(), text.size());
+}
+
+cli::Exit describe(const mux::Options &options, const Outputs &outputs) {
+  cli::OutputFile file(outputs.capture, outputs.force, files_of(options));
+  write_capture(options, outputs.capture, file);
+  file.commit();
+  return cli::done;
+}
+
 cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json) {
   const bool piped = outputs.stream == "-";
-  const cli::Inputs captured = [&](const std::function<void(const std::string &)> &visit) {
-    scene::visit_files(scene::load_capture(scene::description_file(options.capture)), visit);
-  };
+  const cli::Inputs captured = files_of(options);
   if (piped && as_json) throw Error("--json: standard output is taken by the stream (-o -)", Error::usage);
   // All outputs are opened before the work that takes time.
   cli::OutputFile output(outputs.stream, outputs.force, captured);
@@ -271,6 +382,11 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
                 Error::usage);
   std::optional<cli::OutputFolder> folder;
   if (!outputs.segments.empty()) folder.emplace(outputs.segments, outputs.force, captured);
+  std::optional<cli::OutputFile> capture;
+  if (!outputs.capture.empty()) {
+    capture.emplace(outputs.capture, outputs.force, captured);
+    write_capture(options, outputs.capture, *capture);
+  }
   std::optional<cli::Progress> progress;
   mux::Observer observer;
   observer.on_warning = cli::warn;
@@ -287,6 +403,7 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
   progress.reset();
   std::optional<WrittenSegments> segments;
   std::vector<cli::Output *> all = {&output};
+  if (capture) all.push_back(&*capture);
   if (folder) {
     segments = write_segments(InputFile(output.written(), outputs.stream), outputs.segments, *folder);
     all.push_back(&*folder);
@@ -314,23 +431,28 @@ int main(int argc, char **argv) {
   PartCommand command;
   bool as_json = false;
   add_options(app, options, outputs, texts);
+  add_input_options(app, outputs, texts);
   add_part_options(app, command);
   app.add_flag("--json", as_json, "print the summary as JSON");
-  app.set_version_flag("--version", std::string("fvvmux ") + fvv_version());
   app.footer(footer);
+  cli::set_help(app, "fvvmux", examples, shown);
   try {
     app.parse(argc, argv);
     if (command.is_given()) check_part_options(app, command);
     const bool cuts = !outputs.segments.empty() && mux::is_stream(options.capture);
-    if (outputs.stream.empty() && !cuts && !command.is_given()) throw CLI::RequiredError("--output");
+    const bool describes = !outputs.capture.empty();
+    if (options.capture.empty() && texts.meshes.empty()) throw CLI::RequiredError("CAPTURE or --meshes");
+    if (outputs.stream.empty() && !cuts && !describes && !command.is_given())
+      throw CLI::RequiredError("--output");
     if (!outputs.stream.empty() && cuts) throw CLI::ExcludesError("--output", "--segments of a .fvv file");
   } catch (const CLI::ParseError &error) {
-    return app.exit(error) ? cli::usage : cli::done;
+    return cli::end_of_parsing(app, error);
   }
   return cli::run("fvvmux", [&] {
     cli::keep_freed_memory();
     mux::take_texts(options, texts);
     if (command.is_given()) return run_part_command(command, options, outputs.stream, outputs.force, as_json);
+    if (outputs.stream.empty() && !outputs.capture.empty()) return describe(options, outputs);
     return outputs.stream.empty() ? cut_up(options, outputs, as_json) : pack(options, outputs, as_json);
   });
 }

@@ -1,5 +1,6 @@
 // fvvrecover: a whole stream from what a damaged or unfinished one has left.
 #include "cli/cli.h"
+#include "cli/help.h"
 #include "cli/output.h"
 #include "fvvrecover/report.h"
 
@@ -18,7 +19,7 @@ constexpr uint64_t progress_step = uint64_t(1) << 20;
 class Steps {
 public:
   Steps(const std::string &name, uint64_t size)
-      : bar("reading " + name, recover::passes * size / progress_step), left(progress_step) {}
+      : bar("reading " + name, recover::passes * size / progress_step, "MiB"), left(progress_step) {}
   void add(uint64_t bytes) {
     for (; bytes >= left; left = progress_step) {
       bytes -= left;
@@ -79,23 +80,27 @@ int main(int argc, char **argv) {
   CLI::App app{"Write a whole stream from what a damaged or unfinished fvv file has left."};
   std::string input, output;
   bool force = false, as_json = false, dry_run = false;
-  app.add_option("IN", input, "fvv file; it is never changed")->required();
-  auto *named = app.add_option("-o,--output", output, "fvv file to write");
+  app.add_option("IN", input, "fvv file; it is never changed")->required()->type_name("FILE.fvv");
+  auto *named = app.add_option("-o,--output", output, "fvv file to write")->type_name("FILE.fvv");
   app.add_flag("--dry-run", dry_run, "write nothing, report what can be kept")->excludes(named);
   app.add_flag("--force", force, "replace an existing output file");
   app.add_flag("--json", as_json, "print a report as JSON (spec/fvvrecover.schema.json)");
-  app.set_version_flag("--version", std::string("fvvrecover ") + fvv_version());
   app.footer(
       "Frames are kept with all their chunks or not at all. What is whole keeps its bytes; groups after\n"
       "lost ones get new sequence numbers. Nothing damaged gets a new CRC (docs/fvvrecover.md).\n"
       "Exit code: 0 the input is whole and the output the same, 1 nothing can be kept, 2 usage,\n"
       "3 written, and the input is damaged or unfinished.");
+  cli::set_help(app, "fvvrecover",
+                {
+                    "fvvrecover damaged.fvv -o whole.fvv",
+                    "fvvrecover damaged.fvv --dry-run --json",
+                });
   try {
     app.parse(argc, argv);
     if (output.empty() && !dry_run) throw CLI::RequiredError("--output or --dry-run");
     if (output == "-" && as_json) throw CLI::ExcludesError("--json", "-o -");
   } catch (const CLI::ParseError &error) {
-    return app.exit(error) ? cli::usage : cli::done;
+    return cli::end_of_parsing(app, error);
   }
   return cli::run("fvvrecover", [&] { return recover_file(input, output, force, as_json); });
 }

@@ -36,7 +36,8 @@ std::vector<std::string> channels_of(const std::vector<uint16_t> &sources) {
 bool is_exr(const std::string &option, const std::string &path, bool png) {
   const std::string extension = std::filesystem::path(path).extension();
   if (extension != ".exr" && !(png && extension == ".png"))
-    throw Error(option + ": expected a name that ends in " + (png ? ".png or " : "") + ".exr, found " + path,
+    throw Error(option + ": expected a name that ends in " + (png ? ".png or " : "") + ".exr" +
+                    (option == "--output" ? ", of films in .mp4 or /%04d.png" : "") + ", found " + path,
                 Error::usage);
   return extension == ".exr";
 }
@@ -90,7 +91,11 @@ std::vector<uint8_t> visibility_file(const render::ViewPicture &picture,
 
 std::string json(const Options &options, const Result &result) {
   nlohmann::ordered_json target;
-  if (options.draw.target.camera)
+  if (options.film.orbit)
+    target = {{"orbit", *options.film.orbit}};
+  else if (!options.film.path.empty())
+    target = {{"path", options.film.path}};
+  else if (options.draw.target.camera)
     target = {{"camera", *options.draw.target.camera}};
   else
     target = {{"pose", options.draw.target.pose}};
@@ -99,11 +104,11 @@ std::string json(const Options &options, const Result &result) {
   };
   nlohmann::ordered_json shares = nlohmann::ordered_json::array();
   for (const uint64_t pixels : result.by_cameras) shares.push_back(share(pixels));
-  const double all = double(result.width) * result.height;
-  const nlohmann::ordered_json document = {
+  const double all = double(result.width) * result.height * double(result.film ? result.film->pictures : 1);
+  nlohmann::ordered_json document = {
       {"fvvrender", 1},
       {"file", options.input},
-      {"frame", options.frame},
+      {"frame", result.film ? result.film->first : options.frame},
       {"target", target},
       {"width", result.width},
       {"height", result.height},
@@ -119,6 +124,10 @@ std::string json(const Options &options, const Result &result) {
       {"seconds", {{"load", result.load}, {"prepare", result.prepare}, {"draw", result.draw}}},
       {"losses", result.losses},
       {"warnings", result.warnings}};
+  if (result.film)
+    document["film"] = {{"pictures", result.film->pictures},
+                        {"rate", {result.film->duration.denominator, result.film->duration.numerator}},
+                        {"last_frame", result.film->last}};
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

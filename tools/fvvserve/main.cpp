@@ -1,5 +1,6 @@
 // fvvserve: files and live streams over HTTP and WebSocket. Argument parsing only.
 #include "cli/cli.h"
+#include "cli/help.h"
 #include "fvvserve/server.h"
 
 #include <CLI/CLI.hpp>
@@ -21,7 +22,13 @@ struct Texts {
 };
 
 void add_options(CLI::App &app, serve::Options &options, Texts &texts) {
-  app.add_option("--root", options.root, "folder to serve; hidden files and listings are not");
+  app.add_option("--root", options.root, "folder to serve; hidden files and listings are not")
+      ->type_name("FOLDER");
+  app.add_option(
+         "--open", options.open,
+         "file that the demo site plays, which is then the root unless --root names another; its page is "
+         "shown where there is a screen")
+      ->type_name("FILE.fvv");
   app.add_option(
       "--live", texts.live,
       "NAME=FILE: a stream at /live/NAME. A file is played by its time stamps, from the moment when the "
@@ -60,27 +67,41 @@ int main(int argc, char **argv) {
   serve::Options options;
   Texts texts;
   add_options(app, options, texts);
-  app.set_version_flag("--version", std::string("fvvserve ") + fvv_version());
   app.footer(footer);
+  cli::set_help(app, "fvvserve",
+                {
+                    "fvvserve --root site",
+                    "fvvserve --live players=players.fvv --loop --port 8080",
+                });
   try {
     app.parse(argc, argv);
-    if (options.root.empty() && texts.live.empty()) throw CLI::RequiredError("--root or --live");
+    if (options.root.empty() && options.open.empty() && texts.live.empty())
+      throw CLI::RequiredError("--root, --open or --live");
   } catch (const CLI::ParseError &error) {
-    return app.exit(error) ? cli::usage : cli::done;
+    return cli::end_of_parsing(app, error);
   }
   return cli::run("fvvserve", [&] {
     for (const std::string &text : texts.live) options.live.push_back(serve::parse_live(text));
     for (const std::string &text : texts.allow_origin)
       options.allow_origin.push_back(serve::parse_origin(text));
+    if (!options.open.empty()) {
+      serve::check_stream(options.open);
+      if (options.root.empty()) options.root = serve::find_site();
+    }
     using Milliseconds = std::chrono::milliseconds;
     options.request = Milliseconds(int64_t(texts.request * 1000));
     options.idle = Milliseconds(int64_t(texts.idle * 1000));
     options.queue_bytes = size_t(texts.queue_mib * (1 << 20));
     serve::serve(options, [&](const std::string &address) {
-      if (!options.root.empty()) std::printf("http://%s/\n", address.c_str());
+      const std::string page = options.open.empty() ? "" : serve::page_of(address, options.open);
+      if (!page.empty())
+        std::printf("%s\n", page.c_str());
+      else if (!options.root.empty())
+        std::printf("http://%s/\n", address.c_str());
       for (const serve::LiveInput &input : options.live)
         std::printf("ws://%s/live/%s\n", address.c_str(), input.name.c_str());
       std::fflush(stdout);
+      if (!page.empty()) serve::show_page(page);
     });
     return cli::done;
   });

@@ -16,6 +16,7 @@ struct LiveInput {
 
 struct Options {
   std::string root; // folder to serve; empty: none
+  std::string open; // a file that the site's page plays, served as /open/clip.fvv; empty: none
   std::vector<LiveInput> live;
   std::string bind = "127.0.0.1";
   uint16_t port = 8035;                     // 0: the system chooses
@@ -33,6 +34,15 @@ struct Options {
 
 // "players=-": throws Error (usage) when NAME is not 1 to 64 of A-Z a-z 0-9 - _ or FILE is empty.
 LiveInput parse_live(const std::string &text);
+// The folder of the demo site: beside an installed fvvserve, or where ./run demo builds it. Error when there
+// is none.
+std::string find_site();
+// Error unless FILE can be read and begins as an fvv stream does.
+void check_stream(const std::string &file);
+// The address of the page that plays a file: "http://127.0.0.1:8035/?open=clip.fvv".
+std::string page_of(const std::string &address, const std::string &file);
+// Shows the address in a browser where there is a screen and xdg-open.
+void show_page(const std::string &url);
 // "https://example.org:8443" or "*": throws Error (usage) for anything else, a path above all.
 std::string parse_origin(const std::string &text);
 

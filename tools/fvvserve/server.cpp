@@ -36,7 +36,7 @@ class Server {
 public:
   explicit Server(const Options &options) : acceptor(io), timer(io), signals(io, SIGINT, SIGTERM) {
     service.options = options;
-    if (!options.root.empty()) service.site.emplace(options.root);
+    if (!options.root.empty()) service.site.emplace(options.root, options.open);
     for (const LiveInput &input : options.live)
       if (!service.channels
                .emplace(input.name, std::make_shared<LiveChannel>(service.options, input,

@@ -236,7 +236,7 @@ std::optional<std::string> decode_path(std::string_view path) {
   return out;
 }
 
-Site::Site(const std::string &folder) {
+Site::Site(const std::string &folder, std::string file) : opened(std::move(file)) {
   char *real = realpath(folder.c_str(), nullptr);
   if (!real) throw Error("--root: " + folder + ": cannot open: " + std::strerror(errno));
   root = real;
@@ -246,18 +246,24 @@ Site::Site(const std::string &folder) {
     throw Error("--root: " + folder + ": is not a folder");
 }
 
+bool Site::may_serve(int descriptor) const {
+  const std::string inside = root == "/" ? root : root + "/";
+  const auto place = place_of(descriptor);
+  if (!place || place->compare(0, inside.size(), inside) != 0) return false;
+  // A link must not lead to a hidden file.
+  return place->find("/.", root.size()) == std::string::npos;
+}
+
 Lookup Site::open(const std::string &decoded, SiteFile &file) const {
   std::string path = decoded;
   if (path.empty() || path.back() == '/') path += "index.html";
+  const bool is_opened = !opened.empty() && path == "open/clip.fvv";
   // Without O_NONBLOCK a FIFO below the root would hold the server.
-  Descriptor descriptor(::open((root + "/" + path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  Descriptor descriptor(
+      ::open((is_opened ? opened : root + "/" + path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   struct stat status;
   if (descriptor.get() < 0 || fstat(descriptor.get(), &status) != 0) return Lookup::missing;
-  const std::string inside = root == "/" ? root : root + "/";
-  const auto place = place_of(descriptor.get());
-  if (!place || place->compare(0, inside.size(), inside) != 0) return Lookup::missing;
-  // A link must not lead to a hidden file.
-  if (place->find("/.", root.size()) != std::string::npos) return Lookup::missing;
+  if (!is_opened && !may_serve(descriptor.get())) return Lookup::missing;
   if (S_ISDIR(status.st_mode)) return Lookup::folder;
   if (!S_ISREG(status.st_mode)) return Lookup::missing;
   file.descriptor = std::move(descriptor);

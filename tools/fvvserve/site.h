@@ -64,14 +64,18 @@ enum class Lookup { found, missing, folder }; // folder: the path lacks a slash 
 
 class Site {
 public:
-  // Throws Error when root is no folder that can be read.
-  explicit Site(const std::string &root);
+  // Throws Error when root is no folder that can be read. opened: a file anywhere that is /open/clip.fvv;
+  // empty: none.
+  Site(const std::string &root, std::string opened);
   // decoded: from decode_path. A folder is its index.html. Links may lead anywhere below the root; files
   // outside of it do not exist for requests, as the real path of the opened file is checked.
   Lookup open(const std::string &decoded, SiteFile &file) const;
 
 private:
+  bool may_serve(int descriptor) const;
+
   std::string root; // real path
+  std::string opened;
 };
 
 } // namespace fvv::serve

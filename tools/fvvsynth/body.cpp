@@ -130,13 +130,15 @@ void add_leg(std::vector<Part> &parts, int side) {
 
 } // namespace
 
-Figure::Figure(Hair style) {
+std::vector<Part> make_parts(Hair style) {
+  std::vector<Part> parts;
   add_head(parts, style);
   add_torso(parts);
   for (const int side : {1, -1}) {
     add_arm(parts, side);
     add_leg(parts, side);
   }
+  return parts;
 }
 
 double Figure::distance(Vec3 p) const {
@@ -144,8 +146,11 @@ double Figure::distance(Vec3 p) const {
   nearest.fill(far_away);
   for (const Part &part : parts) {
     double &d = nearest[part.layer];
-    d = smooth_minimum(d, part_distance(part, p), blend[part.layer]);
+    d = smooth_minimum(d, part_distance(part, p), blend[part.layer] * rounding);
   }
+  if (displacement)
+    for (size_t layer = 0; layer < layer_count; layer++)
+      if (nearest[layer] < 0.05) nearest[layer] += displacement(Layer(layer), p);
   double d = far_away;
   for (const double layer : nearest) d = smooth_minimum(d, layer, layer_blend);
   return std::max(d, -p.y); // soles are flat
@@ -302,12 +307,12 @@ Surface extract(const std::function<double(Vec3)> &distance, Vec3 low, Vec3 high
   return surface;
 }
 
-constexpr double cell = 0.0200;      // metres: gives the number of triangles that the scene wants
-constexpr int diffusion_rounds = 18; // spreads a joint over about 8 cm
+constexpr double practice_cell = 0.0200; // metres: gives the number of triangles that the scene wants
+constexpr int practice_rounds = 18;      // spreads a joint over about 8 cm
 
 // Every vertex belongs to its nearest bone; then weights flow along the surface. Distance within space would
 // tie an arm to the hip beside it, distance along the surface does not.
-std::vector<Influence> influences(const Figure &figure, const Surface &surface) {
+std::vector<Influence> influences(const Figure &figure, const Surface &surface, int diffusion_rounds) {
   using Weights = std::array<double, joint_count>;
   std::vector<Weights> weights(surface.vertices.size(), Weights{});
   for (size_t i = 0; i < weights.size(); i++) weights[i][figure.bone(surface.vertices[i])] = 1;
@@ -352,15 +357,20 @@ float exposure(const Figure &figure, Vec3 p) {
 
 } // namespace
 
-Body make_body(Hair style) {
-  const Figure figure(style);
+Body make_body(const Figure &figure, const Sampling &sampling) {
   Body body;
-  body.rest = extract([&](Vec3 p) { return figure.distance(p); }, {-48 * cell, -0.06, -0.30},
-                      {48 * cell, 2.02, 0.32}, cell);
-  body.influences = influences(figure, body.rest);
+  body.rest = extract([&](Vec3 p) { return figure.distance(p); }, sampling.low, sampling.high, sampling.cell);
+  body.influences = influences(figure, body.rest, sampling.diffusion_rounds);
   body.exposure.reserve(body.rest.vertices.size());
   for (const Vec3 p : body.rest.vertices) body.exposure.push_back(exposure(figure, p));
   return body;
+}
+
+Body make_body(Hair style) {
+  return make_body(Figure(make_parts(style)), {{-48 * practice_cell, -0.06, -0.30},
+                                               {48 * practice_cell, 2.02, 0.32},
+                                               practice_cell,
+                                               practice_rounds});
 }
 
 void carry(const Body &body, const Bones &bones, std::vector<float> &positions) {

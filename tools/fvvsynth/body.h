@@ -6,7 +6,9 @@
 #include "fvvsynth/skeleton.h"
 
 #include <array>
+#include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace fvv::synth {
@@ -30,9 +32,17 @@ struct Part {
 
 enum class Hair { short_cut, afro };
 
+// Of one body, all layers.
+std::vector<Part> make_parts(Hair hair);
+
+// What is taken off a layer at a point, in metres: folds and hollows.
+using Displacement = std::function<double(Layer, Vec3)>;
+
 class Figure {
 public:
-  explicit Figure(Hair hair);
+  // rounding: how far parts flow together, times the usual.
+  explicit Figure(std::vector<Part> parts, Displacement displacement = {}, double rounding = 1)
+      : parts(std::move(parts)), displacement(std::move(displacement)), rounding(rounding) {}
   // About the distance from the surface in metres, negative inside.
   double distance(Vec3 p) const;
   // Unit vector of its steepest rise: outwards.
@@ -42,6 +52,8 @@ public:
 
 private:
   std::vector<Part> parts;
+  Displacement displacement;
+  double rounding;
 };
 
 struct Influence { // of bones on a vertex; weights sum to 1
@@ -55,7 +67,16 @@ struct Body {
   std::vector<float> exposure;       // one per vertex: how open the rest shape is there, 0..1
 };
 
-// One connected closed surface of about 16,500 triangles.
+// How a figure becomes triangles: inside which box, which it must not touch, with how long edges (metres),
+// and how many edges away a joint is felt.
+struct Sampling {
+  Vec3 low, high;
+  double cell;
+  int diffusion_rounds;
+};
+// One connected closed surface if the figure is.
+Body make_body(const Figure &figure, const Sampling &sampling);
+// The player of the practice: about 16,500 triangles.
 Body make_body(Hair hair);
 
 // Linear-blend skinning: the vertices of body carried by bones, appended to positions (x y z, metres).

@@ -17,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstring>
 #include <numeric>
@@ -112,6 +113,21 @@ void add_quad(geometry::Mesh &mesh, const Vec3 (&corners)[4], double top, double
   mesh.faces.insert(mesh.faces.end(), {base, base + 1, base + 2, base, base + 2, base + 3});
 }
 
+void add_box(geometry::Mesh &mesh, Vec3 centre, Vec3 half) {
+  const uint32_t base = uint32_t(mesh.vertex_count());
+  for (int corner = 0; corner < 8; corner++)
+    mesh.positions.insert(mesh.positions.end(), {centre.x + (corner & 1 ? half.x : -half.x),
+                                                 centre.y + (corner & 2 ? half.y : -half.y),
+                                                 centre.z + (corner & 4 ? half.z : -half.z)});
+  for (const auto &side : {std::array<uint32_t, 4>{0, 4, 6, 2},
+                           {1, 3, 7, 5},
+                           {0, 1, 5, 4},
+                           {2, 6, 7, 3},
+                           {0, 2, 3, 1},
+                           {4, 5, 7, 6}})
+    for (const size_t c : {0, 1, 2, 0, 2, 3}) mesh.faces.push_back(base + side[c]);
+}
+
 constexpr double x = room_length / 2, z = room_width / 2, h = room_height;
 
 scene::EnvironmentPart shown_as_it_is(size_t picture) {
@@ -155,12 +171,44 @@ void add_walls(uint32_t key, uint32_t threads, scene::Environment &out) {
   out.parts.push_back(std::move(part));
 }
 
-// A GLB of two parts, floor and walls, that show what they send out (unlit), and a directional light for each
-// lamp. The same bytes for any number of threads.
+void add_ceiling(uint32_t key, uint32_t threads, scene::Environment &out) {
+  const auto row = [key](double t) { return [=](double s) { return ceiling_colour(s - x, t - z, key); }; };
+  media::Image picture =
+      media::make_image<uint8_t>(wall_columns, uint32_t(wall_columns * room_width / room_length), 3, 0);
+  paint({room_length, room_width, room_length / wall_columns / 2, row, threads}, room_length, room_width,
+        false, 0, picture.height, picture);
+  constexpr double top = ceiling_height;
+  scene::EnvironmentPart panels = shown_as_it_is(out.pictures.size());
+  add_quad(panels.mesh, {{-x, top, z}, {-x, top, -z}, {x, top, -z}, {x, top, z}}, 1, 0);
+  out.pictures.push_back(jpeg(picture));
+  out.parts.push_back(std::move(panels));
+  // Beams and lamps, a part for each colour.
+  const auto same = [](Rgb a, Rgb b) { return a.x == b.x && a.y == b.y && a.z == b.z; };
+  std::vector<Rgb> colours;
+  for (const CeilingPart &box : ceiling_parts())
+    if (std::none_of(colours.begin(), colours.end(), [&](Rgb c) { return same(c, box.colour); }))
+      colours.push_back(box.colour);
+  for (const Rgb colour : colours) {
+    scene::EnvironmentPart part;
+    part.unlit = true;
+    // What does not glow sends on some of the light from below.
+    const double lit = colour.x > 1 ? 1 : 0.25;
+    part.colour[0] = std::min(1.0, colour.x * lit);
+    part.colour[1] = std::min(1.0, colour.y * lit);
+    part.colour[2] = std::min(1.0, colour.z * lit);
+    for (const CeilingPart &box : ceiling_parts())
+      if (same(colour, box.colour)) add_box(part.mesh, box.centre, box.half);
+    out.parts.push_back(std::move(part));
+  }
+}
+
+// A GLB of floor and walls, and in the game a ceiling, that show what they send out (unlit), and a
+// directional light for each lamp. The same bytes for any number of threads.
 std::string environment_glb(const Scene &scene, uint32_t threads) {
   scene::Environment out;
   add_floor(scene.paint_key(), threads, out);
   add_walls(scene.paint_key(), threads, out);
+  if (scene.game()) add_ceiling(scene.paint_key(), threads, out);
   for (const Lamp &lamp : studio_lamps()) {
     fvv_light light = {};
     light.type = FVV_LIGHT_DIRECTIONAL;
@@ -178,21 +226,12 @@ std::string environment_glb(const Scene &scene, uint32_t threads) {
 
 constexpr uint32_t samples = 3;
 constexpr const char *atlas_file = "atlas.png"; // one for all frames
-constexpr const char *environment_file = "background.glb", *clap_file = "claps.wav", *ball_file = "ball.wav";
+constexpr const char *environment_file = "background.glb", *clap_file = "claps.wav", *shoe_file = "shoes.wav",
+                     *ball_file = "ball.wav";
 constexpr double remesh_cell = 0.0203; // metres: about as many triangles as the tracked mesh
 using Json = nlohmann::ordered_json;
 
-std::string numbered(const char *before, size_t number, const char *after) {
-  char digits[24];
-  std::snprintf(digits, sizeof digits, "%04zu", number);
-  return std::string(before) + digits + after;
-}
-
-std::string_view text_of(const std::vector<uint8_t> &bytes) {
-  return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
-}
-
-std::string text_of(const Json &json) {
+std::string dumped(const Json &json) {
   return json.dump(2) + "\n";
 }
 
@@ -204,35 +243,6 @@ void append(std::vector<uint8_t> &out, float value) {
   uint32_t bits;
   std::memcpy(&bits, &value, sizeof bits);
   append(out, bits);
-}
-
-// layout: of the texture coordinates, for all vertices; NULL: none.
-std::vector<uint8_t> ply(const std::vector<float> &positions, const std::vector<uint32_t> &faces,
-                         const Layout *layout) {
-  const std::string header =
-      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(positions.size() / 3) +
-      "\nproperty float x\nproperty float y\nproperty float z\n" +
-      (layout ? "property float s\nproperty float t\n" : "") + "element face " +
-      std::to_string(faces.size() / 3) + "\nproperty list uchar int vertex_indices\nend_header\n";
-  std::vector<uint8_t> out(header.begin(), header.end());
-  out.reserve(out.size() + positions.size() / 3 * (layout ? 20 : 12) + faces.size() / 3 * 13);
-  for (size_t vertex = 0; vertex < positions.size() / 3; vertex++) {
-    for (size_t axis = 0; axis < 3; axis++) append(out, positions[3 * vertex + axis]);
-    if (!layout) continue;
-    // t points up.
-    append(out, float(layout->texels[vertex][0] / layout->size));
-    append(out, float(1 - layout->texels[vertex][1] / layout->size));
-  }
-  for (size_t i = 0; i < faces.size(); i += 3) {
-    out.push_back(3);
-    for (size_t c = 0; c < 3; c++) append(out, faces[i + c]);
-  }
-  return out;
-}
-
-std::string rate_text(FrameRate rate) {
-  const std::string numerator = std::to_string(rate.numerator);
-  return rate.denominator == 1 ? numerator : numerator + "/" + std::to_string(rate.denominator);
 }
 
 std::vector<float> positions(const Surface &surface) {
@@ -271,14 +281,77 @@ Json calibration(const fvv_camera &camera) {
       {"translation", {t[0], t[1], t[2]}}};
 }
 
+} // namespace
+
+std::string numbered(const char *before, size_t number, const char *after) {
+  char digits[24];
+  std::snprintf(digits, sizeof digits, "%04zu", number);
+  return std::string(before) + digits + after;
+}
+
+std::string_view text_of(const std::vector<uint8_t> &bytes) {
+  return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
+}
+
+std::vector<uint8_t> ply(const std::vector<float> &positions, const std::vector<uint32_t> &faces,
+                         const Layout *layout) {
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(positions.size() / 3) +
+      "\nproperty float x\nproperty float y\nproperty float z\n" +
+      (layout ? "property float s\nproperty float t\n" : "") + "element face " +
+      std::to_string(faces.size() / 3) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::vector<uint8_t> out(header.begin(), header.end());
+  out.reserve(out.size() + positions.size() / 3 * (layout ? 20 : 12) + faces.size() / 3 * 13);
+  for (size_t vertex = 0; vertex < positions.size() / 3; vertex++) {
+    for (size_t axis = 0; axis < 3; axis++) append(out, positions[3 * vertex + axis]);
+    if (!layout) continue;
+    // t points up.
+    append(out, float(layout->texels[vertex][0] / layout->size));
+    append(out, float(1 - layout->texels[vertex][1] / layout->size));
+  }
+  for (size_t i = 0; i < faces.size(); i += 3) {
+    out.push_back(3);
+    for (size_t c = 0; c < 3; c++) append(out, faces[i + c]);
+  }
+  return out;
+}
+
+std::string rate_text(FrameRate rate) {
+  const std::string numerator = std::to_string(rate.numerator);
+  return rate.denominator == 1 ? numerator : numerator + "/" + std::to_string(rate.denominator);
+}
+
+std::vector<uint8_t> png(const render::Picture &picture, int channels, const std::vector<uint8_t> &pixels) {
+  media::Image image;
+  image.width = picture.width;
+  image.height = picture.height;
+  image.channels = channels;
+  image.pixels = pixels;
+  return media::encode_png(image, media::PngEffort::fast);
+}
+
+Json describe(const fvv_camera &camera) {
+  Json entry = {{"id", camera.id},
+                {"name", std::string(camera.name, camera.name_size)},
+                {"width", camera.width},
+                {"height", camera.height}};
+  entry.update(calibration(camera));
+  entry["lens"] = lens(camera);
+  return entry;
+}
+
+namespace {
+
+const char *extension(Pictures kind) {
+  return kind == Pictures::exr ? ".exr" : kind == Pictures::jpeg ? ".jpg" : ".png";
+}
+
 Json description(const Scene &scene, const Recording &recording) {
   Json cameras = Json::array();
   size_t number = 0;
   for (const fvv_camera &camera : scene.cameras()) {
     const std::string name(camera.name, camera.name_size);
-    Json entry = {{"id", camera.id}, {"name", name}, {"width", camera.width}, {"height", camera.height}};
-    entry.update(calibration(camera));
-    entry["lens"] = lens(camera);
+    Json entry = describe(camera);
     if (scene.moves(number))
       for (size_t frame = 0; frame < recording.frames; frame++) {
         Json state = {{"frame", frame}};
@@ -286,13 +359,13 @@ Json description(const Scene &scene, const Recording &recording) {
         entry["per_frame"].push_back(state);
       }
     if (name == overhead) entry["texture"] = false;
-    entry["pictures"] = name + (recording.linear ? "/%04d.exr" : "/%04d.png");
+    entry["pictures"] = name + "/%04d" + extension(recording.pictures);
     entry["masks"] = name + "/mask_%04d.png";
     cameras.push_back(entry);
     number++;
   }
   Json out = {{"fvv_capture", 1},
-              {"name", "players"},
+              {"name", scene.game() ? "game" : "players"},
               {"frame_rate", rate_text(recording.rate)},
               {"frames", {{"first", 0}, {"count", recording.frames}}},
               {"units", "metres"},
@@ -304,23 +377,25 @@ Json description(const Scene &scene, const Recording &recording) {
   if (recording.sound) {
     Json places = Json::array();
     for (size_t frame = 0; frame < recording.frames; frame++) {
-      const Vec3 at = scene.play().ball().position(frame_time(recording.rate, frame));
+      const Vec3 at = scene.action().ball_position(frame_time(recording.rate, frame));
       places.push_back({{"frame", frame}, {"position", {at.x, at.y, at.z}}});
     }
-    out["audio"] = {{{"file", clap_file}, {"title", "claps"}},
-                    {{"file", ball_file}, {"title", "ball"}, {"per_frame", places}}};
+    const Json others = scene.game() ? Json{{"file", shoe_file}, {"title", "shoes"}}
+                                     : Json{{"file", clap_file}, {"title", "claps"}};
+    out["audio"] = {others, {{"file", ball_file}, {"title", "ball"}, {"per_frame", places}}};
   }
   out["cameras"] = cameras;
   return out;
 }
 
-std::vector<uint8_t> png(const render::Picture &picture, int channels, const std::vector<uint8_t> &pixels) {
+std::vector<uint8_t> photograph(const render::Picture &picture) {
+  constexpr int best = 95;
   media::Image image;
   image.width = picture.width;
   image.height = picture.height;
-  image.channels = channels;
-  image.pixels = pixels;
-  return media::encode_png(image, media::PngEffort::fast);
+  image.channels = 3;
+  image.pixels = picture.rgb;
+  return media::encode_jpeg(image, best, media::Subsampling::yuv444);
 }
 
 std::vector<uint8_t> exr(const render::LitPicture &lit) {
@@ -376,10 +451,15 @@ void write_capture(const Scene &scene, const Recording &recording, cli::OutputFo
     const auto wav = [](const std::vector<int16_t> &samples) {
       return media::wav_file(samples, 1, sound_rate);
     };
-    folder.write(clap_file, wav(clap_sound(recording.rate, recording.frames)));
-    folder.write(ball_file, wav(ball_sound(scene.play().ball(), recording.rate, recording.frames)));
+    if (scene.game())
+      folder.write(shoe_file, wav(shoe_sound(*scene.game(), recording.rate, recording.frames)));
+    else
+      folder.write(clap_file, wav(clap_sound(recording.rate, recording.frames)));
+    folder.write(ball_file, wav(ball_sound(scene.action(), recording.rate, recording.frames, scene.game())));
   }
-  cli::Progress progress("frames", recording.frames);
+  cli::Progress progress("fvvsynth", recording.frames);
+  hull::Options carving;
+  carving.floor = hull::Floor{{0, 1, 0}, 0};
   const auto frame = [&](size_t number) {
     const Filming filming(scene, recording.realism, recording.rate, number);
     const Moment &moment = filming.moment();
@@ -390,14 +470,16 @@ void write_capture(const Scene &scene, const Recording &recording, cli::OutputFo
       const fvv_camera camera = scene.camera(i, moment.seconds);
       cameras.push_back(camera);
       const std::string name = std::string(camera.name, camera.name_size) + "/";
+      const std::string path = numbered(name.c_str(), number, extension(recording.pictures));
       render::Picture picture;
-      if (recording.linear) {
+      if (recording.pictures == Pictures::exr) {
         render::LitPicture lit = filming.shoot_linear(i, buffer);
-        folder.write(numbered(name.c_str(), number, ".exr"), text_of(exr(lit)));
+        folder.write(path, text_of(exr(lit)));
         picture = {lit.width, lit.height, {}, std::move(lit.mask), std::move(lit.depth)};
       } else {
         picture = filming.shoot(i, buffer);
-        folder.write(numbered(name.c_str(), number, ".png"), text_of(png(picture, 3, picture.rgb)));
+        folder.write(path, text_of(recording.pictures == Pictures::jpeg ? photograph(picture)
+                                                                        : png(picture, 3, picture.rgb)));
       }
       folder.write(numbered((name + "mask_").c_str(), number, ".png"),
                    text_of(png(picture, 1, picture.mask)));
@@ -421,15 +503,15 @@ void write_capture(const Scene &scene, const Recording &recording, cli::OutputFo
       write_mesh(moment.positions, scene.faces());
     } else {
       const Surface surface = recording.meshes == Meshes::hull
-                                  ? hull::carve(grid, silhouettes, hull::Floor{{0, 1, 0}, 0})
+                                  ? hull::carve(grid, silhouettes, carving).surface
                                   : remeshed(scene, moment, number);
       if (surface.faces.empty()) throw Error(folder.shown(path) + ": the masks of this frame leave no hull");
       write_mesh(positions(surface), surface.faces);
     }
   };
   fvv::parallel(recording.threads, recording.frames, frame, [&] { progress.step(); });
-  if (recording.meshes == Meshes::hull) folder.write("hull.json", text_of(description(grid)));
-  folder.write("capture.json", text_of(description(scene, recording)));
+  if (recording.meshes == Meshes::hull) folder.write("hull.json", dumped(description(grid)));
+  folder.write("capture.json", dumped(description(scene, recording)));
 }
 
 } // namespace fvv::synth

@@ -7,9 +7,30 @@
 #include "fvv_render/picture.h"
 #include "fvvsynth/filming.h"
 
+#include <nlohmann/json_fwd.hpp>
+
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace fvv::synth {
+
+// Of texture coordinates (atlas.h).
+struct Layout;
+
+// "meshes/" 7 ".ply": "meshes/0007.ply".
+std::string numbered(const char *before, size_t number, const char *after);
+// The same bytes, borrowed, as files are written from.
+std::string_view text_of(const std::vector<uint8_t> &bytes);
+// A whole PNG file of pixels of that many channels, of the picture's size.
+std::vector<uint8_t> png(const render::Picture &picture, int channels, const std::vector<uint8_t> &pixels);
+// layout: of the texture coordinates, for all vertices; NULL: none.
+std::vector<uint8_t> ply(const std::vector<float> &positions, const std::vector<uint32_t> &faces,
+                         const Layout *layout);
+// "25" or "30000/1001".
+std::string rate_text(FrameRate rate);
+// What capture.json says of a camera that does not move, without files.
+nlohmann::ordered_json describe(const fvv_camera &camera);
 
 // An OpenEXR file with the one channel Z, float32: the depth of the picture as it is.
 std::vector<uint8_t> depth_exr(const render::Picture &picture);
@@ -35,6 +56,12 @@ enum class Meshes {
   hull      // carved from the masks, as reconstruction from real cameras does it
 };
 
+enum class Pictures {
+  png,
+  jpeg, // quality 95, 4:4:4
+  exr   // OpenEXR: linear light, not clipped; without labels
+};
+
 struct Recording {
   uint32_t frames = 50;
   FrameRate rate;
@@ -43,12 +70,13 @@ struct Recording {
   uint32_t hull_cells = 220; // along the longest side of the space that hulls are carved from
   // Texels of each side of the texture map that tracked meshes have texture coordinates for; 0: none.
   uint32_t atlas = 0;
-  bool depth = false;       // of every picture, beside it
-  bool visibility = false;  // of every written mesh: what each camera sees of it
-  bool linear = false;      // pictures in OpenEXR: linear light, not clipped; without labels
+  bool depth = false;      // of every picture, beside it
+  bool visibility = false; // of every written mesh: what each camera sees of it
+  Pictures pictures = Pictures::png;
   bool environment = false; // floor and walls as background.glb
-  bool sound = false;       // claps and the ball, in WAV; claps need Realism::claps to be seen
-  uint32_t threads = 1;     // the bytes written do not depend on it
+  bool sound =
+      false; // claps, which need Realism::claps to be seen, or the game's shoes, and the ball, in WAV
+  uint32_t threads = 1; // the bytes written do not depend on it
 };
 
 // The grid that hulls are carved from: over the space of the action, with that many cells along its longest

@@ -141,32 +141,85 @@ std::vector<size_t> clap_samples(FrameRate rate, size_t frames) {
   return out;
 }
 
-std::vector<int16_t> clap_sound(FrameRate rate, size_t frames) {
+std::vector<int16_t> clicks(const std::vector<size_t> &samples, size_t length) {
   Random random(0xc1a9);
-  std::vector<double> sound(sample_count(rate, frames));
+  std::vector<double> sound(length);
   for (double &sample : sound) sample = random.between(-1e-3, 1e-3);
-  for (const size_t first : clap_samples(rate, frames)) strike(sound, first, 1500, 500, 0.008, 0.8);
+  for (const size_t first : samples) strike(sound, first, 1500, 500, 0.008, 0.8);
   return samples_of(sound);
 }
 
-std::vector<int16_t> ball_sound(const BallPath &ball, FrameRate rate, size_t frames) {
+std::vector<int16_t> clap_sound(FrameRate rate, size_t frames) {
+  return clicks(clap_samples(rate, frames), sample_count(rate, frames));
+}
+
+namespace {
+
+// Adds noise that swells and fades over length seconds. brightness: from 0, dull, to 1.
+void rustle(std::vector<double> &sound, size_t first, double length, double brightness, double peak,
+            Random &random) {
+  double dull = 0;
+  for (size_t i = 0; double(i) < length * sound_rate && first + i < sound.size(); i++) {
+    const double t = double(i) / (length * sound_rate), white = random.between(-1, 1);
+    dull += (white - dull) * 0.25;
+    sound[first + i] +=
+        peak * 6.75 * t * (1 - t) * (1 - t) * (brightness * (white - dull) + (1 - brightness) * dull);
+  }
+}
+
+// The samples of moments of a game that goes on until length.
+template <class Put> void repeat(const Game &game, double moment, size_t length, const Put &put) {
+  for (double time = moment; time * sound_rate < double(length); time += game.duration())
+    put(size_t(std::llround(time * sound_rate)));
+}
+
+} // namespace
+
+std::vector<int16_t> ball_sound(const Action &action, FrameRate rate, size_t frames, const Game *of_game) {
   std::vector<double> sound(sample_count(rate, frames));
   constexpr size_t step = sound_rate / 1000;
-  const auto height = [&](size_t millisecond) { return ball.position(double(millisecond) / 1000).y; };
+  const auto height = [&](size_t millisecond) { return action.ball_position(double(millisecond) / 1000).y; };
   for (size_t i = 1; i * step < sound.size(); i++)
     if (height(i) < ball_radius + 0.01 && height(i) <= height(i - 1) && height(i) < height(i + 1)) {
       strike(sound, i * step, 95, 22, 0.25, 0.5);
       strike(sound, i * step, 420, 60, 0.1, 0.25);
     }
+  if (of_game) {
+    Random random(0x4e7);
+    repeat(*of_game, of_game->net_time(), sound.size(),
+           [&](size_t first) { rustle(sound, first, 0.32, 0.8, 0.35, random); });
+  }
   return samples_of(sound);
 }
 
-Filming::Filming(const Scene &filmed, const Realism &realism, FrameRate frame_rate, size_t frame)
+std::vector<int16_t> shoe_sound(const Game &game, FrameRate rate, size_t frames) {
+  std::vector<double> sound(sample_count(rate, frames));
+  Random random(0x5ee);
+  for (const double landing : game.landings()) {
+    const bool squeaks = random.below(5) < 2;
+    const double hertz = random.between(1900, 2600), length = random.between(0.05, 0.09);
+    repeat(game, landing, sound.size(), [&](size_t first) {
+      rustle(sound, first, 0.06, 0.2, 0.10, random);
+      strike(sound, first, 70, 45, 0.08, 0.10);
+      // Rubber that slips and sticks: a tone with overtones whose pitch rises.
+      for (size_t i = 0; squeaks && double(i) < length * sound_rate && first + i < sound.size(); i++) {
+        const double t = double(i) / sound_rate, u = t / length, swell = 4 * u * (1 - u);
+        const double phase = 2 * 3.14159265358979323846 * hertz * t * (1 + 0.12 * u);
+        sound[first + i] +=
+            0.05 * swell * (std::sin(phase) + 0.5 * std::sin(2 * phase) + 0.3 * std::sin(3 * phase));
+      }
+    });
+  }
+  return samples_of(sound);
+}
+
+Filming::Filming(const Scene &filmed, const Realism &realism, FrameRate frame_rate, size_t frame,
+                 double delay)
     : scene(filmed), wanted(realism), rate(frame_rate), number(frame) {
   const int count = wanted.shutter > 0 ? blur_moments : 1;
   const double open = wanted.shutter * rate.denominator / rate.numerator;
   for (int i = 0; i < count; i++)
-    moments.push_back(scene.at(frame_time(rate, frame) + open * (i - count / 2) / count));
+    moments.push_back(scene.at(frame_time(rate, frame) + delay + open * (i - count / 2) / count));
 }
 
 render::LitPicture Filming::gather(size_t camera, render::SampleBuffer &buffer) const {
@@ -187,26 +240,23 @@ render::LitPicture Filming::gather(size_t camera, render::SampleBuffer &buffer) 
   return lit;
 }
 
-uint64_t Filming::noise_key(size_t camera) const {
+uint64_t noise_key(uint64_t seed, uint16_t camera, size_t frame, uint64_t take) {
   // A generator of its own for each picture, far from those of its neighbours.
-  const uint64_t id = scene.cameras()[camera].id;
-  return Random(scene.settings().seed ^ id << 40 ^ uint64_t(number) << 8 ^ 0x5e).next();
+  return Random(seed ^ take << 56 ^ uint64_t(camera) << 40 ^ uint64_t(frame) << 8 ^ 0x5e).next();
 }
-
-constexpr double flash = 2.5; // times the light of other frames
 
 render::Rgb Filming::gains(size_t camera) const {
   const render::Rgb gains =
       exposure_gains(scene.settings().seed, scene.cameras()[camera].id, wanted.exposure);
-  return gains * (wanted.claps && has_clap(rate, number) ? flash : 1.0);
+  return gains * (wanted.claps && has_clap(rate, number) ? flash_gain : 1.0);
 }
 
-render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) const {
+render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer, double flash) const {
   render::LitPicture lit = gather(camera, buffer);
   render::Picture picture;
   picture.width = lit.width;
   picture.height = lit.height;
-  picture.rgb = develop(lit.light, gains(camera), wanted.noise, noise_key(camera));
+  picture.rgb = develop(lit.light, gains(camera) * flash, wanted.noise, key(camera));
   picture.mask = std::move(lit.mask);
   picture.depth = std::move(lit.depth);
   if (wanted.labels) draw_label(picture, scene.cameras()[camera].id, number);
@@ -215,7 +265,7 @@ render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) cons
 
 render::LitPicture Filming::shoot_linear(size_t camera, render::SampleBuffer &buffer) const {
   render::LitPicture lit = gather(camera, buffer);
-  lit.light = develop_linear(lit.light, gains(camera), wanted.noise, noise_key(camera));
+  lit.light = develop_linear(lit.light, gains(camera), wanted.noise, key(camera));
   return lit;
 }
 

@@ -20,6 +20,9 @@ render::Rgb exposure_gains(uint64_t seed, uint16_t camera, double spread);
 // Variance of the noise at a level of linear light (1 is white), both in units of white.
 double noise_variance(double level, double strength);
 
+// The key of the noise of a picture, unlike for each take, camera and frame. take 0: the action.
+uint64_t noise_key(uint64_t seed, uint16_t camera, size_t frame, uint64_t take = 0);
+
 // Display values of light times gains, with noise: about normal (the sum of four uniform numbers),
 // independent in every pixel and channel. key: unlike for each picture. strength 0: no noise.
 std::vector<uint8_t> develop(const render::LightField &light, render::Rgb gains, double strength,
@@ -65,17 +68,20 @@ public:
   // are samples in a pixel: each gives the colour of one of them.
   static constexpr int blur_moments = 9;
 
-  Filming(const Scene &scene, const Realism &realism, FrameRate rate, size_t frame);
+  // delay: seconds by which the camera's clock is late, so that it films the frame that much later.
+  Filming(const Scene &scene, const Realism &realism, FrameRate rate, size_t frame, double delay = 0);
   const Moment &moment() const { return moments[moments.size() / 2]; }
-  // buffer: working memory for samples.
-  render::Picture shoot(size_t camera, render::SampleBuffer &buffer) const;
+  // buffer: working memory for samples. flash: factor of all light.
+  render::Picture shoot(size_t camera, render::SampleBuffer &buffer, double flash = 1) const;
   // The same as linear light, without a label.
   render::LitPicture shoot_linear(size_t camera, render::SampleBuffer &buffer) const;
 
 private:
   render::LitPicture gather(size_t camera, render::SampleBuffer &buffer) const;
-  uint64_t noise_key(size_t camera) const;
   render::Rgb gains(size_t camera) const;
+  uint64_t key(size_t camera) const {
+    return noise_key(scene.settings().seed, scene.cameras()[camera].id, number);
+  }
 
   const Scene &scene;
   Realism wanted;
@@ -83,6 +89,8 @@ private:
   size_t number;
   std::vector<Moment> moments;
 };
+
+constexpr double flash_gain = 2.5; // of a frame with a clap: times the light of other frames
 
 // Seconds from the beginning to a frame.
 double frame_time(FrameRate rate, size_t frame);
@@ -94,9 +102,14 @@ bool has_clap(FrameRate rate, size_t frame);
 constexpr uint32_t sound_rate = 48000; // samples a second of the sounds below, which have one channel
 // The samples at which the claps of these frames begin.
 std::vector<size_t> clap_samples(FrameRate rate, size_t frames);
-// A click of 8 ms at each clap, in faint noise.
+// A click of 8 ms at each of these samples, in faint noise.
+std::vector<int16_t> clicks(const std::vector<size_t> &samples, size_t length);
+// clicks() at the claps of these frames, as long as these.
 std::vector<int16_t> clap_sound(FrameRate rate, size_t frames);
-// A thump whenever the ball meets the floor, as heard at the ball.
-std::vector<int16_t> ball_sound(const BallPath &ball, FrameRate rate, size_t frames);
+// A thump whenever the ball meets the floor, as heard at the ball. of_game: the net too.
+std::vector<int16_t> ball_sound(const Action &action, FrameRate rate, size_t frames,
+                                const Game *of_game = nullptr);
+// Shoes: steps, some of which squeak.
+std::vector<int16_t> shoe_sound(const Game &game, FrameRate rate, size_t frames);
 
 } // namespace fvv::synth

@@ -1,6 +1,7 @@
 #include "fvvsynth/look.h"
 
 #include "fvv_cxx/parallel.h"
+#include "fvvsynth/game/player.h"
 
 #include <algorithm>
 #include <array>
@@ -242,6 +243,19 @@ Rgb bricks_with_banners(int wall, double s, double y, uint32_t key) {
 
 } // namespace
 
+Rgb ceiling_colour(double x, double z, uint32_t key) {
+  // Acoustic panels between rails, brighter near the lamps.
+  constexpr double panel = 0.75;
+  const double s = x / panel, t = z / panel;
+  const int32_t column = int32_t(std::floor(s)), row = int32_t(std::floor(t));
+  const double rim = std::min(std::min(s - column, column + 1 - s), std::min(t - row, row + 1 - t)) * panel;
+  const double tone = 0.85 + 0.3 * cell_value(column, row, 0, key + 41);
+  const double dots = 0.9 + 0.2 * noise({x * 40, z * 40, 0}, key + 42);
+  const double lit = 0.55 + 0.9 * std::exp(-0.03 * (x * x + z * z));
+  return mix(Rgb{0.30, 0.30, 0.30}, Rgb{0.15, 0.15, 0.155} * (tone * dots), smoothstep(0.012, 0.024, rim)) *
+         lit;
+}
+
 Rgb floor_colour(double x, double z, uint32_t key) {
   Rgb colour = wood(x, z, key);
   // Paint: a lane with its circle to one side, side lines, a half-way circle.
@@ -301,11 +315,37 @@ Rgb bare_skin(const Look &look, Vec3 p) {
 Rgb fabric(const Look &look, Rgb dye, Vec3 p) {
   const double folds = turbulence({p.x * 9, p.y * 4.5, p.z * 9}, look.key + 11);
   const double weave = noise(p * 210, look.key + 17);
-  return dye * (0.62 + 0.50 * folds + 0.16 * weave);
+  // Valleys between the folds of the figure see less of the surroundings' light.
+  const double depth = look.fine ? 1.20 - 0.62 * cloth_fold(p, look.key) : 1;
+  return dye * (0.62 + 0.50 * folds + 0.16 * weave) * depth;
 }
 
 double ellipse(double x, double y, double rx, double ry) {
   return (std::sqrt(x * x / (rx * rx) + y * y / (ry * ry)) - 1) * std::min(rx, ry);
+}
+
+// The same for a face that has sockets and lips of its own: what is painted only adds colour to them.
+void paint_fine_face(const Look &look, Vec3 p, Rgb &colour) {
+  const double x = std::abs(p.x), y = p.y;
+  const double cheeks =
+      std::exp(-0.5 * ((x - 0.045) * (x - 0.045) + (y - 1.722) * (y - 1.722)) / (0.018 * 0.018));
+  colour = mix(colour, product(colour, {1.12, 0.86, 0.82}), 0.5 * cheeks);
+  const double beard =
+      smoothstep(1.728, 1.695, y) * smoothstep(0.00, 0.05, p.z) * (look.key & 1 ? 0.45 : 0.10);
+  colour =
+      mix(colour, product(colour, Rgb{0.50, 0.46, 0.45}), beard * (0.6 + 0.4 * noise(p * 160, look.key + 5)));
+  const Rgb dark{0.012, 0.010, 0.010};
+  colour = mix(colour, colour * 0.62, paint(ellipse(x - 0.033, y - 1.757, 0.024, 0.013), 0.009));
+  colour = mix(colour, {0.46, 0.44, 0.42}, paint(ellipse(x - 0.033, y - 1.753, 0.0145, 0.0058)));
+  colour = mix(colour, {0.035, 0.020, 0.012}, paint(ellipse(x - 0.032, y - 1.7535, 0.0062, 0.0062)));
+  colour = mix(colour, colour * 0.22, paint(ellipse(x - 0.033, y - 1.7595, 0.017, 0.0022))); // lashes
+  colour =
+      mix(colour, look.hair * 0.8,
+          0.85 * paint(ellipse(x - 0.036, y - 1.777 + 5 * (x - 0.034) * (x - 0.034), 0.022, 0.0045), 0.003));
+  const Rgb lips = product(look.skin, {0.80, 0.50, 0.46});
+  colour = mix(colour, lips, 0.7 * paint(ellipse(p.x, y - 1.689, 0.024, 0.010), 0.003));
+  colour = mix(colour, dark, 0.8 * paint(ellipse(p.x, y - 1.6895 + 3 * x * x, 0.023, 0.0015)));
+  colour = mix(colour, dark, 0.7 * paint(ellipse(x - 0.009, y - 1.717, 0.0055, 0.0035), 0.002));
 }
 
 void paint_face(const Look &look, Vec3 p, Rgb &colour) {
@@ -349,7 +389,7 @@ double neckline(Vec3 p) {
 Reflectance head_reflectance(const Look &look, Vec3 p) {
   Rgb colour = bare_skin(look, p);
   if (p.y < 1.62) return {colour, 0.05};
-  if (p.z > 0.02) paint_face(look, p, colour);
+  if (p.z > 0.02) look.fine ? paint_fine_face(look, p, colour) : paint_face(look, p, colour);
   // As in the figure (body.cpp): hair lies behind a plane that rises towards the face.
   const double behind = -0.62 * (p.y - 1.815) + 0.78 * (p.z - 0.072);
   const bool ear =
@@ -359,6 +399,15 @@ Reflectance head_reflectance(const Look &look, Vec3 p) {
     const double strands = look.style == Hair::afro ? noise(p * 75, look.key + 13)
                                                     : noise({p.x * 150, p.y * 40, p.z * 40}, look.key + 13);
     colour = look.hair * (0.5 + 1.3 * strands);
+    if (look.fine) {
+      // Skin shines through near the hairline, and locks differ in tone and gloss.
+      const double rim = smoothstep(-0.010, 0.002, behind - edge) * noise(p * 130, look.key + 15);
+      const double locks = noise(p * 28, look.key + 16);
+      const Rgb scalp = bare_skin(look, p) * 0.6;
+      const double band_at = p.y - 1.812 + 0.12 * p.z;
+      if (!look.headband || std::abs(band_at) >= 0.019)
+        return {mix(colour * (0.6 + 0.8 * locks), scalp, 0.7 * rim), 0.03 + 0.12 * strands * locks};
+    }
   }
   const double band = p.y - 1.812 + 0.12 * p.z;
   if (look.headband && std::abs(band) < 0.019) colour = fabric(look, look.trim, p);
@@ -396,7 +445,7 @@ Reflectance arm_reflectance(const Look &look, Vec3 p) {
   Rgb colour = bare_skin(look, p);
   colour = mix(colour, colour * 0.72,
                0.6 * std::max(0.0, 1 - std::abs(s - 0.30) * 20) * smoothstep(0, -0.03, p.z));
-  if (s > 0.66) { // lines between the fingers
+  if (s > 0.66 && !look.fine) { // lines between the fingers
     const double finger = (from.z + 0.045) / 0.0225;
     const double line = std::abs(finger - std::floor(finger + 0.5)) * 0.0225;
     colour = mix(colour, colour * 0.45, paint(line - 0.0025, 0.002) * smoothstep(0.66, 0.69, s));

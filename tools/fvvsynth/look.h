@@ -21,7 +21,8 @@ struct Look {
   int number;                        // 0..99, on chest and back
   Hair style;
   bool headband;
-  uint32_t key; // of the noise
+  uint32_t key;      // of the noise
+  bool fine = false; // for the figures of game/player.h
 };
 
 // Two players of different teams.
@@ -61,8 +62,13 @@ private:
 // Inner size of the studio, metres: x and z from minus half to plus half, y from 0.
 constexpr double room_length = 18, room_width = 15, room_height = 7.5;
 
+// Of the game's room, which has a ceiling.
+constexpr double ceiling_height = 6.4;
+
 // Light that the floor sends out at (x, z); linear.
 render::Rgb floor_colour(double x, double z, uint32_t key);
+// Of the ceiling of the game's room at (x, z), between its beams; linear.
+render::Rgb ceiling_colour(double x, double z, uint32_t key);
 // Of a wall at s metres along it and y metres up. wall: 0, 1 at the ends of x, 2, 3 at those of z.
 render::Rgb wall_colour(int wall, double s, double y, uint32_t key);
 

@@ -1,9 +1,11 @@
 // fvvsynth: writes a made-up capture, so that a fresh machine needs no data. Argument parsing only.
 #include "cli/cli.h"
+#include "cli/help.h"
 #include "cli/output.h"
 #include "fvv_geometry/hull.h"
 #include "fvvsynth/atlas.h"
 #include "fvvsynth/capture_writer.h"
+#include "fvvsynth/footage/footage.h"
 
 #include <CLI/CLI.hpp>
 
@@ -22,18 +24,31 @@ const std::map<std::string, fvv::synth::RigKind> rigs = {{"small", fvv::synth::R
                                                          {"studio", fvv::synth::RigKind::studio},
                                                          {"arc", fvv::synth::RigKind::arc}};
 
+const std::map<std::string, fvv::synth::SceneKind> scenes = {{"practice", fvv::synth::SceneKind::practice},
+                                                             {"game", fvv::synth::SceneKind::game}};
+
+const std::map<std::string, fvv::synth::Pictures> picture_kinds = {{"png", fvv::synth::Pictures::png},
+                                                                   {"jpeg", fvv::synth::Pictures::jpeg},
+                                                                   {"exr", fvv::synth::Pictures::exr}};
+
 } // namespace
 
 int main(int argc, char **argv) {
   CLI::App app("Writes a made-up capture of two basketball players: meshes, calibrated pictures and masks.");
-  std::string output, size, rig = "studio", rate = "25", meshes = "tracked", pictures = "png";
+  std::string output, size, scene_kind = "practice", rig = "studio", rate = "25", meshes = "tracked",
+                            pictures = "png";
   fvv::synth::Settings settings;
   fvv::synth::Recording recording;
+  fvv::synth::Shoot shoot;
   bool force = false, realistic = false, atlas = false;
   uint32_t atlas_size = fvv::synth::default_atlas_size;
   settings.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 64u);
-  app.add_option("-o,--output", output, "Folder to write")->required()->type_name("DIR");
+  app.add_option("-o,--output", output, "Folder to write")->required()->type_name("FOLDER");
   app.add_option("--seed", settings.seed, "Chooses looks, places and cameras")->capture_default_str();
+  app.add_option("--scene", scene_kind, "Two players pass a ball (4 s), or play for a shot at a hoop (10 s)")
+      ->check(CLI::IsMember(scenes))
+      ->capture_default_str()
+      ->type_name("practice|game");
   app.add_option("--frames", recording.frames, "Number of frames")
       ->check(CLI::Range(1, 9999))
       ->capture_default_str();
@@ -59,10 +74,11 @@ int main(int argc, char **argv) {
       ->capture_default_str()
       ->type_name("tracked|remeshed|hull");
   app.add_option("--pictures", pictures,
-                 "8 bits, or linear light as half floats in OpenEXR, with highlights beyond white")
-      ->check(CLI::IsMember({"png", "exr"}))
+                 "8 bits without loss or in JPEG, or linear light as half floats in OpenEXR, with highlights "
+                 "beyond white")
+      ->check(CLI::IsMember(picture_kinds))
       ->capture_default_str()
-      ->type_name("png|exr");
+      ->type_name("png|jpeg|exr");
   app.add_flag("--atlas", atlas,
                "Give tracked meshes texture coordinates, and write atlas.png, their colours without light");
   const auto *atlas_side = app.add_option("--atlas-size", atlas_size, "Width and height of atlas.png")
@@ -79,7 +95,8 @@ int main(int argc, char **argv) {
                "Also write floor, walls and lamps as background.glb, for players to draw around the action");
   app.add_flag(
       "--sound", recording.sound,
-      "Also write sound: a clap in every second, at which the pictures of one frame flash, and the ball");
+      "Also write sound: a clap in every second, at which the pictures of one frame flash, and the ball; of "
+      "the game shoes and the ball, without flashes");
   app.add_option("--threads", settings.threads, "Threads; the result is the same for any number")
       ->check(CLI::Range(1, 64));
   auto &film = recording.realism;
@@ -99,18 +116,37 @@ int main(int argc, char **argv) {
                             ->type_name("SHARE");
   app.add_flag("--realistic", realistic, "As --noise 1 --exposure 0.3 --motion-blur 0.5, each if not given");
   app.add_flag("--frame-numbers", film.labels, "Camera and frame number in the top left corner of pictures");
+  auto *footage = app.add_flag("--footage",
+                               "Instead of a capture, films of 11 cameras of the studio as for fvvcapture: a "
+                               "board, the empty stage, the action; with noise and unlike exposure");
+  for (const char *option :
+       {"--scene", "--rig", "--cameras", "--meshes", "--pictures", "--atlas", "--hull-cells", "--depth",
+        "--visibility", "--environment", "--sound", "--frame-numbers"})
+    footage->excludes(option);
+  app.add_option("--poses", shoot.poses, "Poses of the board")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str()
+      ->needs(footage);
   app.add_flag("--force", force, "Replace the folder if fvvsynth wrote it (docs/outputs.md)");
+  fvv::cli::set_help(app, "fvvsynth",
+                     {
+                         "fvvsynth -o players",
+                         "fvvsynth -o hulls --rig small --meshes hull --frames 10",
+                     });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {
-    return app.exit(error) == 0 ? fvv::cli::done : fvv::cli::usage;
+    return fvv::cli::end_of_parsing(app, error);
   }
   return fvv::cli::run("fvvsynth", [&] {
+    settings.still = footage->count() > 0;
     // So that either rig's hulls have about 35,000 triangles.
     settings.rig = rigs.at(rig);
+    settings.kind = scenes.at(scene_kind);
     if (hull_cells->count() == 0 && settings.rig == fvv::synth::RigKind::studio) recording.hull_cells = 236;
-    if (realistic && noise->count() == 0) film.noise = fvv::synth::default_noise;
-    if (realistic && exposure->count() == 0) film.exposure = fvv::synth::default_exposure;
+    const bool real = realistic || settings.still;
+    if (real && noise->count() == 0) film.noise = fvv::synth::default_noise;
+    if (real && exposure->count() == 0) film.exposure = fvv::synth::default_exposure;
     if (realistic && shutter->count() == 0) film.shutter = fvv::synth::default_shutter;
     recording.rate = fvv::synth::parse_frame_rate(rate);
     recording.threads = settings.threads;
@@ -126,18 +162,33 @@ int main(int argc, char **argv) {
     if (!atlas && atlas_side->count() > 0)
       throw fvv::Error("--atlas-size: expected with --atlas only", fvv::Error::usage);
     if (atlas) recording.atlas = atlas_size;
-    film.claps = recording.sound;
-    recording.linear = pictures == "exr";
-    if (recording.linear && film.labels)
-      throw fvv::Error("--frame-numbers: expected with --pictures png only", fvv::Error::usage);
+    const bool game = settings.kind == fvv::synth::SceneKind::game;
+    if (game && (recording.meshes != fvv::synth::Meshes::tracked || atlas))
+      throw fvv::Error("--scene game: expected with --meshes tracked and without --atlas only",
+                       fvv::Error::usage);
+    film.claps = recording.sound && !game;
+    recording.pictures = picture_kinds.at(pictures);
+    if (recording.pictures == fvv::synth::Pictures::exr && film.labels)
+      throw fvv::Error("--frame-numbers: expected with --pictures png or jpeg only", fvv::Error::usage);
     if (settings.rig == fvv::synth::RigKind::studio && cameras->count() > 0)
       throw fvv::Error("--cameras: expected with --rig small or arc, the studio has 13", fvv::Error::usage);
-    if (size.empty()) size = settings.rig == fvv::synth::RigKind::studio ? "960x540" : "480x270";
+    if (size.empty())
+      size = settings.still                                ? "1280x720"
+             : settings.rig == fvv::synth::RigKind::studio ? "960x540"
+                                                           : "480x270";
     fvv::cli::parse_size("--size", size, settings.width, settings.height);
     fvv::cli::OutputFolder folder(output, force);
     try {
       const fvv::synth::Scene scene(settings);
-      fvv::synth::write_capture(scene, recording, folder);
+      if (settings.still) {
+        shoot.frames = recording.frames;
+        shoot.rate = recording.rate;
+        shoot.realism = recording.realism;
+        shoot.threads = recording.threads;
+        fvv::synth::write_footage(scene, shoot, folder);
+      } else {
+        fvv::synth::write_capture(scene, recording, folder);
+      }
     } catch (const std::invalid_argument &error) {
       throw fvv::Error(error.what(), fvv::Error::usage);
     }

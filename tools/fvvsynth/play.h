@@ -36,6 +36,18 @@ struct Place {
   Vec3 direction(Vec3 left_up_forward) const { return at(left_up_forward) - home; }
 };
 
+// What is filmed: two players and a ball. It repeats.
+class Action {
+public:
+  virtual ~Action() = default;
+  virtual double duration() const = 0; // seconds until it repeats
+  virtual Vec3 ball_position(double time) const = 0;
+  virtual Mat3 ball_rotation(double time) const = 0;
+  // Of player 0 or 1 at a time in seconds, any.
+  virtual Posture posture(int player, double time) const = 0;
+  virtual double scale(int player) const = 0; // of a player against the rest figure
+};
+
 class BallPath {
 public:
   explicit BallPath(const std::array<Place, 2> &places);
@@ -60,14 +72,16 @@ private:
   Vec3 spin_axis;
 };
 
-class Play {
+class Play : public Action {
 public:
   // Where they stand, how tall they are and how they sway follow from random.
   explicit Play(Random &random);
   const BallPath &ball() const { return path; }
-  // Of player 0 or 1 at a time in seconds, any.
-  Posture posture(int player, double time) const;
-  double scale(int player) const { return manner[size_t(player)].scale; }
+  double duration() const override { return cycle; }
+  Vec3 ball_position(double time) const override { return path.position(time); }
+  Mat3 ball_rotation(double time) const override { return path.rotation(time); }
+  Posture posture(int player, double time) const override;
+  double scale(int player) const override { return manner[size_t(player)].scale; }
 
 private:
   struct Manner {

@@ -56,11 +56,12 @@ constexpr Make head[] = {{0.80, 3, -0.18, 0.04}, {0.90, 4, 0, 0}};
 constexpr Make above = {0.95, 2, 0, 0};
 
 fvv_camera make_studio_camera(const Make &make, size_t id, uint32_t width, uint32_t height, Vec3 centre,
-                              Random &random) {
+                              Framing framing, Random &random) {
   const auto side = [&](uint32_t n) { return std::max(16u, n * make.thirds / 3 / 2 * 2); };
   fvv_camera camera = make_camera(id, side(width), side(height));
-  const Vec3 target{random.between(-0.1, 0.1), random.between(0.90, 1.00), random.between(-0.1, 0.1)};
-  vary(camera, camera.width * 0.79 * make.zoom * random.between(0.98, 1.02), random);
+  const Vec3 target{random.between(-0.1, 0.1), random.between(0.90, 1.00) + framing.above,
+                    random.between(-0.1, 0.1)};
+  vary(camera, camera.width * 0.79 * make.zoom * random.between(0.98, 1.02) * framing.zoom, random);
   const double p1 = random.between(-0.001, 0.001), p2 = random.between(-0.001, 0.001);
   if (make.k1 != 0) {
     const double distortion[4] = {make.k1, make.k2, p1, p2};
@@ -118,10 +119,11 @@ Rig make_arc_rig(uint32_t count, uint32_t width, uint32_t height) {
   return rig;
 }
 
-Rig make_studio_rig(Random &random, uint32_t width, uint32_t height) {
+Rig make_studio_rig(Random &random, uint32_t width, uint32_t height, Framing framing) {
   Rig rig;
-  const auto add = [&](const Make &make, Vec3 centre, const std::string &name) {
-    rig.cameras.push_back(make_studio_camera(make, rig.cameras.size(), width, height, centre, random));
+  const auto add = [&](const Make &make, Vec3 centre, const std::string &name, double higher = 0) {
+    const Framing own{framing.above + higher, framing.zoom};
+    rig.cameras.push_back(make_studio_camera(make, rig.cameras.size(), width, height, centre, own, random));
     rig.names.push_back(name);
   };
   const auto around = [&](double angle, double height_above) {
@@ -132,8 +134,9 @@ Rig make_studio_rig(Random &random, uint32_t width, uint32_t height) {
     add(oval[i], around(turn * (double(i) + random.between(-0.12, 0.12) + 0.35) / 10, 2.5),
         "oval" + std::to_string(i));
   for (size_t i = 0; i < std::size(head); i++)
-    add(head[i], around(turn * (0.27 + 0.5 * double(i)), 1.7), "head" + std::to_string(i));
-  add(above, {0.1, 7.0, 0.05}, overhead);
+    add(head[i], around(turn * (0.27 + 0.5 * double(i)), 1.7), "head" + std::to_string(i),
+        framing.head_above);
+  add(above, {0.1, framing.overhead_height, 0.05}, overhead);
   rig.moving = moving;
   return rig;
 }

@@ -32,12 +32,20 @@ Rig make_small_rig(Random &random, uint32_t count, uint32_t width, uint32_t heig
 // randomness.
 Rig make_arc_rig(uint32_t count, uint32_t width, uint32_t height);
 
+// How cameras are turned and zoomed to what is filmed.
+struct Framing {
+  double above = 0;      // metres by which they look higher
+  double zoom = 1;       // times the focal lengths
+  double head_above = 0; // metres by which head0 and head1 look higher than that
+  double overhead_height = 7;
+};
+
 // 13 cameras: oval0 ... oval9 on an oval at 2.5 m height, head0 and head1 at 1.7 m, and overhead, which sees
 // outlines only and is not meant for texture. Focal lengths differ by up to 1.6 times; most pictures have the
 // given size, some 2/3 or 4/3 of it; seven lenses distort (radtan, k1 from -0.2 to 0.1, tangential
 // terms). A pixel covers about 7 mm in pictures 960 wide. oval2 moves later; here it has its
 // shortest focal length, for which its lens is valid up to the corners.
-Rig make_studio_rig(Random &random, uint32_t width, uint32_t height);
+Rig make_studio_rig(Random &random, uint32_t width, uint32_t height, Framing framing = {});
 constexpr const char *overhead = "overhead";
 constexpr uint32_t studio_max_side = 3072; // 4/3 of it is the largest picture
 

@@ -2,6 +2,7 @@
 #include "fvvsynth/scene.h"
 
 #include "fvv_cxx/parallel.h"
+#include "fvvsynth/game/player.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,13 +15,36 @@ namespace {
 constexpr uint32_t ball_division = 10; // 2,000 triangles
 
 constexpr double texel_at_960 = 0.006; // metres of the floor's finest detail, for pictures 960 wide
-constexpr double longest_zoom = 1.8;   // of the camera that moves, times its shortest focal length
+// The hoop throws long shadows: a map of 7.4 m.
+constexpr double game_shadow_cell = 0.0165;
+// Where soles and the ball come near the floor, the surroundings' light does not reach it: what is lower than
+// this shades what is right below it. Not quite vertical, because a camera that looks down has no side up.
+struct ContactShadow {
+  double below;
+  Lamp lamp;
+};
+const Vec3 overhead_light = normalised(Vec3{0.01, 1, 0.01});
+const ContactShadow contacts[] = {{0.045, {overhead_light, 0.42, 0.03}},
+                                  {0.14, {overhead_light, 0.30, 0.08}}};
+
+// The game goes higher than a practice, and further to the sides.
+constexpr Framing game_framing{0.22, 0.84, 0.5, 5.9};
+constexpr double longest_zoom = 1.8; // of the camera that moves, times its shortest focal length
 
 const render::Light light_of_day = {
     normalised(Vec3{0.35, 0.85, 0.40}), {0.95, 0.91, 0.84}, {0.62, 0.65, 0.70}, {0.30, 0.24, 0.19}};
 // The lamps that light the floor: that of the players, and a fill light from the other side.
 const std::array<Lamp, 2> lamps = {
     {{light_of_day.towards, 0.50, 0.04}, {normalised(Vec3{-0.45, 0.80, -0.30}), 0.22, 0.07}}};
+
+std::unique_ptr<const Action> make_action(SceneKind kind, Random &random) {
+  if (kind == SceneKind::game) return std::make_unique<Game>(random);
+  return std::make_unique<Play>(random);
+}
+
+Body make_one(SceneKind kind, const Look &look) {
+  return kind == SceneKind::game ? make_player(look.style, look.key) : make_body(look.style);
+}
 
 Settings checked(const Settings &s) {
   const auto side = [](uint32_t n, uint32_t most) { return n >= 16 && n <= most; };
@@ -56,10 +80,14 @@ std::vector<float> vertex_normals(const std::vector<float> &positions, const std
 } // namespace
 
 Scene::Scene(const Settings &settings)
-    : wanted(checked(settings)), random(wanted.seed), looks(make_looks(random)), choreography(random),
+    : wanted(checked(settings)), random(wanted.seed), looks(make_looks(random)),
+      choreography(make_action(wanted.kind, random)), match(dynamic_cast<const Game *>(choreography.get())),
       studio_key(uint32_t(random.next())),
-      ball_key(uint32_t(random.next())), bodies{make_body(looks[0].style), make_body(looks[1].style)},
+      ball_key(uint32_t(random.next())), bodies{make_one(wanted.kind, looks[0]),
+                                                make_one(wanted.kind, looks[1])},
       ball(make_ball(ball_division)) {
+  if (match)
+    for (Look &look : looks) look.fine = true;
   const auto append = [&](const Surface &surface) {
     const uint32_t first = uint32_t(texture.size() / 3);
     for (const uint32_t v : surface.faces) all_faces.push_back(first + v);
@@ -68,19 +96,26 @@ Scene::Scene(const Settings &settings)
   };
   for (size_t i = 0; i < 2; i++) {
     append(bodies[i].rest);
-    face_count[i] = bodies[i].rest.faces.size() / 3;
+    face_ends[i] = all_faces.size() / 3;
     exposure.insert(exposure.end(), bodies[i].exposure.begin(), bodies[i].exposure.end());
   }
   append(ball);
+  face_ends[2] = all_faces.size() / 3;
   exposure.insert(exposure.end(), ball.vertices.size(), 0.85f);
+  if (match) {
+    hoop = make_hoop();
+    append(hoop->rest);
+    exposure.insert(exposure.end(), hoop->rest.vertices.size(), 0.85f);
+  }
 
-  Rig made = wanted.rig == RigKind::studio ? make_studio_rig(random, wanted.width, wanted.height)
+  Rig made = wanted.rig == RigKind::studio
+                 ? make_studio_rig(random, wanted.width, wanted.height, match ? game_framing : Framing{})
              : wanted.rig == RigKind::arc
                  ? make_arc_rig(wanted.cameras, wanted.width, wanted.height)
                  : make_small_rig(random, wanted.cameras, wanted.width, wanted.height);
   rig = std::move(made.cameras);
   names = std::move(made.names);
-  moving = made.moving;
+  if (!wanted.still) moving = made.moving;
   for (size_t i = 0; i < rig.size(); i++) {
     rig[i].name = names[i].data();
     rig[i].name_size = names[i].size();
@@ -92,7 +127,7 @@ Scene::Scene(const Settings &settings)
   projections.reserve(rig.size());
   for (const fvv_camera &one : rig) projections.emplace_back(one);
   studio = std::make_unique<Studio>(studio_key, std::clamp(texel_at_960 * 960 / wanted.width, 0.003, 0.02),
-                                    rig, light_of_day, wanted.threads);
+                                    rig, light_of_day, match != nullptr, wanted.threads);
   backgrounds.resize(rig.size());
   fvv::parallel(wanted.threads, rig.size(), [&](size_t i) {
     render::SampleBuffer buffer(1, 1, 3);
@@ -110,12 +145,12 @@ fvv_camera Scene::camera(size_t number, double seconds) const {
   double weights = 0;
   for (int i = -steps; i <= steps; i++) {
     const double away = double(i) / (steps + 1), weight = (1 - away * away) * (1 - away * away);
-    followed += choreography.ball().position(seconds + inertia * away) * weight;
+    followed += choreography->ball_position(seconds + inertia * away) * weight;
     weights += weight;
   }
   followed = followed * (1 / weights);
   const Vec3 target = mix(Vec3{0, 0.95, 0}, followed, 0.6);
-  const double wave = std::cos(seconds * 6.283185307179586 / cycle);
+  const double wave = std::cos(seconds * 6.283185307179586 / choreography->duration());
   return turned(at_rest, target, 1 + (longest_zoom - 1) * (0.5 - 0.5 * wave));
 }
 
@@ -123,24 +158,41 @@ Moment Scene::at(double seconds) const {
   Moment moment;
   moment.positions.reserve(texture.size());
   for (int i = 0; i < 2; i++)
-    carry(bodies[size_t(i)], solve(choreography.posture(i, seconds)), moment.positions);
-  const Vec3 centre = choreography.ball().position(seconds);
-  const Mat3 turned = choreography.ball().rotation(seconds);
+    carry(bodies[size_t(i)], solve(choreography->posture(i, seconds)), moment.positions);
+  const Vec3 centre = choreography->ball_position(seconds);
+  const Mat3 turned = choreography->ball_rotation(seconds);
   for (const Vec3 p : ball.vertices) {
     const Vec3 at = centre + turned * p * ball_radius;
     for (const double value : {at.x, at.y, at.z}) moment.positions.push_back(float(value));
   }
+  if (hoop) carry(*hoop, *match, seconds, moment.positions);
   moment.normals = vertex_normals(moment.positions, all_faces);
   moment.seconds = seconds;
   const render::Mesh mesh = {moment.positions.data(), vertex_count(), all_faces.data(), all_faces.size() / 3};
-  for (const Lamp &lamp : lamps) moment.shadows.emplace_back(mesh, lamp);
+  if (!match) {
+    for (const Lamp &lamp : lamps) moment.shadows.emplace_back(mesh, lamp);
+    return moment;
+  }
+  for (const Lamp &lamp : lamps) moment.shadows.emplace_back(mesh, lamp, game_shadow_cell);
+  for (const ContactShadow &contact : contacts) {
+    std::vector<uint32_t> low;
+    const auto height = [&](uint32_t v) { return double(moment.positions[3 * v + 1]); };
+    for (size_t i = 0; i < all_faces.size(); i += 3) {
+      const uint32_t *v = &all_faces[i];
+      if (std::max(height(v[0]), std::max(height(v[1]), height(v[2]))) < contact.below)
+        low.insert(low.end(), v, v + 3);
+    }
+    const render::Mesh near_floor = {moment.positions.data(), vertex_count(), low.data(), low.size() / 3};
+    moment.shadows.emplace_back(near_floor, contact.lamp);
+  }
   return moment;
 }
 
 render::Reflectance Scene::reflectance(uint32_t face, Vec3 at) const {
-  if (face < face_count[0]) return player_reflectance(looks[0], at);
-  if (face < face_count[0] + face_count[1]) return player_reflectance(looks[1], at);
-  return ball_reflectance(at, ball_key);
+  if (face < face_ends[0]) return player_reflectance(looks[0], at);
+  if (face < face_ends[1]) return player_reflectance(looks[1], at);
+  if (face < face_ends[2]) return ball_reflectance(at, ball_key);
+  return hoop_reflectance(at);
 }
 
 render::LitPicture Scene::light(size_t number, const Moment &moment, render::SampleBuffer &buffer,
@@ -156,6 +208,13 @@ render::LitPicture Scene::light(size_t number, const Moment &moment, render::Sam
   if (!moves(number)) return seen(projections[number], backgrounds[number]);
   const render::Projection projection(camera(number, moment.seconds));
   return seen(projection, studio->seen(projection, number, buffer, part));
+}
+
+render::LitPicture Scene::light_object(size_t camera, const render::Mesh &mesh,
+                                       const render::Attributes &attributes, const render::Material &material,
+                                       render::SampleBuffer &buffer) const {
+  return render::illuminate(projections[camera], mesh, attributes, material, light_of_day,
+                            backgrounds[camera], buffer);
 }
 
 const std::array<Lamp, 2> &studio_lamps() {

@@ -21,6 +21,10 @@ std::array<Vec3, joint_count> make_rest() {
     joint[arm] = {side * 0.185, 1.47, -0.015};
     joint[arm + 1] = joint[arm] + rest_arm(side) * upper_arm_length;
     joint[arm + 2] = joint[arm + 1] + rest_arm(side) * forearm_length;
+    const size_t finger = side > 0 ? left_fingers : right_fingers;
+    joint[finger] = joint[arm + 2] + rest_arm(side) * 0.090;
+    joint[finger + 1] = joint[finger] + rest_arm(side) * 0.042;
+    joint[finger + 2] = joint[arm + 2] + rest_arm(side) * 0.030 + Vec3{0, 0, 0.028};
     joint[leg] = {side * 0.095, 0.95, 0};
     joint[leg + 1] = joint[leg] + rest_leg(side) * thigh_length;
     joint[leg + 2] = joint[leg + 1] + rest_leg(side) * shin_length;
@@ -75,6 +79,18 @@ void pose_arm(const Posture &posture, int i, Bones &bones) {
   bones.rotation[upper + 2] = turn(rest, rest_palm(side), goal.fingers, goal.palm);
   bones.position[upper + 1] = chain.middle;
   bones.position[upper + 2] = chain.end;
+  // Fingers bend towards the palm, the thumb towards the fingers.
+  const size_t finger = i == 0 ? left_fingers : right_fingers;
+  const auto &joints = rest_joints();
+  const auto bent = [&](size_t joint, size_t parent, Vec3 axis, double angle) {
+    bones.position[joint] =
+        bones.position[parent] + bones.rotation[parent] * (joints[joint] - joints[parent]) * s;
+    bones.rotation[joint] = bones.rotation[parent] * rotation_about(axis, angle);
+  };
+  const Vec3 across = normalised(cross(rest, rest_palm(side)));
+  bent(finger, upper + 2, across, goal.curl);
+  bent(finger + 1, finger, across, goal.curl);
+  bent(finger + 2, upper + 2, normalised(cross(Vec3{0, 0, 1}, rest_palm(side))), 0.5 * goal.curl);
 }
 
 void pose_leg(const Posture &posture, int i, Bones &bones) {

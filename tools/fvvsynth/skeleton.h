@@ -30,6 +30,12 @@ enum Joint : uint8_t {
   right_thigh,
   right_shin,
   right_foot,
+  left_fingers, // the four fingers bend together
+  left_fingertips,
+  left_thumb,
+  right_fingers,
+  right_fingertips,
+  right_thumb,
   joint_count
 };
 
@@ -39,9 +45,11 @@ Vec3 rest_arm(int side);  // unit vector from shoulder to hand; side: +1 left, -
 Vec3 rest_leg(int side);  // unit vector from hip to ankle
 Vec3 rest_palm(int side); // unit vector that the palm faces
 
-// The goal of a hand: position of the wrist, directions of fingers and palm (unit vectors).
+// The goal of a hand: position of the wrist, directions of fingers and palm (unit vectors), and how far the
+// fingers are bent in each of two joints, in radians.
 struct HandGoal {
   Vec3 wrist, fingers, palm;
+  double curl = 0;
 };
 struct FootGoal {
   Vec3 ankle;

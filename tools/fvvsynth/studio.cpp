@@ -14,14 +14,13 @@ namespace fvv::synth {
 namespace {
 
 constexpr uint32_t map_side = 448;
-constexpr double map_cell = 0.0125;   // metres of a pixel of the map
 constexpr double lamp_distance = 100; // to the lamp, so far that its rays are nearly parallel
 
-fvv_camera at_lamp(Vec3 towards) {
+fvv_camera at_lamp(Vec3 towards, double cell) {
   fvv_camera camera = {};
   camera.lens = FVV_LENS_NONE;
   camera.width = camera.height = map_side;
-  camera.fx = camera.fy = lamp_distance / map_cell;
+  camera.fx = camera.fy = lamp_distance / cell;
   camera.cx = camera.cy = map_side / 2.0;
   camera.r_max = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 9; i += 4) camera.rotation[i] = 1;
@@ -51,13 +50,14 @@ void blur(std::vector<float> &map, int n, size_t stride) {
 
 } // namespace
 
-Shadow::Shadow(const render::Mesh &mesh, const Lamp &lamp) : light(lamp), view(at_lamp(lamp.towards)) {
+Shadow::Shadow(const render::Mesh &mesh, const Lamp &lamp, double map_cell)
+    : light(lamp), cell(map_cell), view(at_lamp(lamp.towards, map_cell)) {
   render::SampleBuffer buffer(map_side, map_side, 1);
   render::rasterise(view, mesh, buffer);
   blocked.reserve(buffer.face.size());
   for (const uint32_t face : buffer.face) blocked.push_back(face == render::no_face ? 0 : 1);
   // Two boxes make a tent, twice as wide.
-  const int n = std::max(1, int(lamp.softness / map_cell / 2));
+  const int n = std::max(1, int(lamp.softness / cell / 2));
   for (int pass = 0; pass < 2; pass++) {
     blur(blocked, n, 1);
     blur(blocked, n, map_side);
@@ -129,7 +129,7 @@ struct Frame {
 
 } // namespace
 
-Props::Props() {
+Props::Props(bool ceiling) {
   hoop();
   truss();
   for (const double x : {-7.7, 7.7})
@@ -146,7 +146,31 @@ Props::Props() {
     ball(at, 0.12, orange);
     stains.push_back({at.x, at.z, 0.13, 0.7});
   }
+  if (ceiling)
+    for (const CeilingPart &part : ceiling_parts()) block(part.centre, part.half, part.colour);
   still_end = faces.size();
+}
+
+std::vector<CeilingPart> ceiling_parts() {
+  const Rgb beam{0.24, 0.235, 0.23}, purlin{0.17, 0.17, 0.17}, glowing{5.6, 5.4, 5.0},
+      housing{0.05, 0.05, 0.055};
+  std::vector<CeilingPart> parts;
+  for (int i = -2; i <= 2; i++) {
+    const double x = 3.4 * i;
+    parts.push_back({{x, ceiling_height - 0.20, 0}, {0.03, 0.20, room_width / 2}, beam});
+    for (const double y : {0.02, 0.38})
+      parts.push_back({{x, ceiling_height - y, 0}, {0.14, 0.02, room_width / 2}, beam});
+  }
+  for (int i = -2; i <= 2; i++)
+    parts.push_back({{0, ceiling_height - 0.08, 2.8 * i}, {room_length / 2, 0.08, 0.06}, purlin});
+  // Lamps hang between the beams.
+  for (int i = -2; i < 2; i++)
+    for (int j = -1; j <= 1; j++) {
+      const Vec3 at{3.4 * i + 1.7, ceiling_height - 0.20, 4.2 * j};
+      parts.push_back({at, {0.20, 0.06, 0.80}, housing});
+      parts.push_back({at - Vec3{0, 0.07, 0}, {0.17, 0.01, 0.77}, glowing});
+    }
+  return parts;
 }
 
 uint32_t Props::vertex(Vec3 at, Vec3 normal, Rgb colour) {
@@ -333,8 +357,8 @@ namespace {
 
 constexpr double overhead_height = 4; // cameras above hang from the ceiling
 
-Props furnished(const std::vector<fvv_camera> &cameras, std::vector<size_t> &tripods) {
-  Props props;
+Props furnished(const std::vector<fvv_camera> &cameras, bool ceiling, std::vector<size_t> &tripods) {
+  Props props(ceiling);
   size_t number = 0;
   for (const fvv_camera &camera : cameras) {
     double centre[3];
@@ -375,12 +399,28 @@ Texture make_wall(int wall, uint32_t key, double texel, uint32_t threads) {
 } // namespace
 
 Studio::Studio(uint32_t key, double texel, const std::vector<fvv_camera> &cameras, const render::Light &lamps,
-               uint32_t threads)
-    : light(lamps), props(furnished(cameras, tripods)),
+               bool with_ceiling, uint32_t threads)
+    : light(lamps), props(furnished(cameras, with_ceiling, tripods)),
       ground(make_ground(key, texel, props.spots(), threads)), walls{make_wall(0, key, 2 * texel, threads),
                                                                      make_wall(1, key, 2 * texel, threads),
                                                                      make_wall(2, key, 2 * texel, threads),
-                                                                     make_wall(3, key, 2 * texel, threads)} {}
+                                                                     make_wall(3, key, 2 * texel, threads)} {
+  if (!with_ceiling) return;
+  const auto row = [=](double t) {
+    return [=](double s) { return ceiling_colour(s - room_length / 2, t - room_width / 2, key); };
+  };
+  ceiling.emplace(room_length, room_width, 4 * texel, row, threads);
+}
+
+// The ceiling that a ray upwards meets.
+Rgb Studio::above(Vec3 from, Vec3 direction, double footprint_per_metre, double blur) const {
+  if (!ceiling) return {0.012, 0.012, 0.014};
+  const double t = (ceiling_height - from.y) / direction.y, size = length(direction);
+  const Vec3 at = from + direction * t;
+  const double across = t * size * footprint_per_metre, along = across * size / direction.y;
+  return ceiling->at(at.x + room_length / 2, at.z + room_width / 2,
+                     std::max(blur, std::max(across, along / 3)));
+}
 
 // The wall or ceiling that a ray meets. Its footprint grows with the distance by footprint_per_metre and is
 // at least blur.
@@ -392,7 +432,8 @@ Rgb Studio::wall(Vec3 from, Vec3 direction, double footprint_per_metre, double b
                to_z = reach(from.z, direction.z, room_width / 2);
   const double t = std::min(to_x, to_z);
   const Vec3 at = from + direction * t;
-  if (at.y > room_height) return {0.012, 0.012, 0.014};
+  if (at.y > (ceiling ? ceiling_height : room_height))
+    return above(from, direction, footprint_per_metre, blur);
   const double footprint = std::max(blur, t * length(direction) * footprint_per_metre);
   if (to_x < to_z) {
     const bool positive = direction.x > 0; // written as seen from inside, left to right

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace fvv::synth {
@@ -22,7 +23,8 @@ struct Lamp {
 // surfaces", 1978) of the mesh in the light of a distant lamp, for the plane y = 0 alone.
 class Shadow {
 public:
-  Shadow(const render::Mesh &mesh, const Lamp &lamp);
+  // cell: metres of a pixel of the map, which has its middle at (0, 0.8, 0) and 448 x 448 pixels.
+  Shadow(const render::Mesh &mesh, const Lamp &lamp, double cell = 0.0125);
   // Darkens what camera sees of the floor. Objects on it are drawn afterwards.
   void cast(const render::Projection &camera, render::LightField &picture) const;
 
@@ -30,6 +32,7 @@ private:
   double covered(render::Vec3 on_floor) const;
 
   Lamp light;
+  double cell;
   render::Projection view;         // of the lamp
   std::vector<float> blocked;      // share of the light for each of its pixels
   double left, top, right, bottom; // where any is blocked
@@ -37,6 +40,13 @@ private:
 
 using render::Rgb;
 using render::Vec3;
+
+// A beam or a lamp below the ceiling: a box, half its sides, and the light that it sends out.
+struct CeilingPart {
+  Vec3 centre, half;
+  Rgb colour;
+};
+std::vector<CeilingPart> ceiling_parts();
 
 // A dark place on the floor, below a thing.
 struct Spot {
@@ -46,7 +56,7 @@ struct Spot {
 // Still things: the other cameras on their tripods, a hoop, lamps on a truss and on stands, benches, balls.
 class Props {
 public:
-  Props();
+  explicit Props(bool ceiling);
   // A camera on a tripod with its lens at centre, looking along forward (unit vector).
   void add_camera(Vec3 centre, Vec3 forward);
 
@@ -84,9 +94,10 @@ private:
 class Studio {
 public:
   // texel: finest detail of the floor in metres; that of walls, which are farther away, is twice as large.
-  // The cameras are seen on their tripods, except those above everything.
+  // The cameras are seen on their tripods, except those above everything. ceiling: with beams and lamps, else
+  // there is black.
   Studio(uint32_t key, double texel, const std::vector<fvv_camera> &cameras, const render::Light &light,
-         uint32_t threads);
+         bool ceiling, uint32_t threads);
   // What a camera sees of it, linear, each pixel from 2 x 2 places and of still things from those of buffer.
   // own: the number of this camera, whose tripod is not seen. part: of those things, as for
   // render::illuminate.
@@ -94,6 +105,7 @@ public:
                           std::optional<uint32_t> part = {}) const;
 
 private:
+  Rgb above(Vec3 from, Vec3 direction, double footprint_per_metre, double blur) const;
   Rgb wall(Vec3 from, Vec3 direction, double footprint_per_metre, double blur) const;
   Rgb at(Vec3 eye, Vec3 direction, double pixel) const;
 
@@ -102,6 +114,7 @@ private:
   Props props;
   Texture ground;
   std::array<Texture, 4> walls;
+  std::optional<Texture> ceiling;
 };
 
 } // namespace fvv::synth
