@@ -15,6 +15,7 @@ ORDER = (
     "mesh",
     "texture",
     "visibility",
+    "hull",
     "cameras",
     "rungs",
     "groups",

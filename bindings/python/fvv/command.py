@@ -7,6 +7,7 @@ import argparse
 import json
 import os
 import sys
+from collections.abc import Callable
 from typing import Any
 
 from . import __version__, information
@@ -135,18 +136,27 @@ def run_show(given: argparse.Namespace) -> int:
 
 def main(arguments: list[str]) -> int:
     """Runs a command and returns its exit code; errors are one line on standard error."""
-    try:
+
+    def run() -> int:
         given = parser().parse_args(arguments)
-    except SystemExit as exit:  # argparse has written why
-        return exit.code if isinstance(exit.code, int) else USAGE
-    try:
         code: int = given.run(given)
+        return code
+
+    return exit_code("fvv", run)
+
+
+def exit_code(program: str, run: Callable[[], int]) -> int:
+    """What run returns; for what it raises an exit code, and one line on standard error that begins with the program's name."""
+    try:
+        code = run()
         sys.stdout.flush()
         return code
+    except SystemExit as exit:  # argparse has written why
+        return exit.code if isinstance(exit.code, int) else USAGE
     except BrokenPipeError:
         # Who reads the output has enough; Python would complain once more as it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except (Error, OSError, ImportError) as error:
-        print(f"fvv: {error}", file=sys.stderr)
+        print(f"{program}: {error}", file=sys.stderr)
         return USAGE if isinstance(error, UsageError) else FAILED

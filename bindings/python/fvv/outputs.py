@@ -106,16 +106,45 @@ class FileOutput:
             self.temporary = None
 
 
-class FolderOutput:
-    """A folder under a temporary name beside its own, until `commit`."""
+_LIST, _HEAD = ".fvv-output", "fvv output folder 1"
 
-    def __init__(self, path: str) -> None:
+
+class FolderOutput:
+    """A folder under a temporary name beside its own, until `commit`. With a tool's name it gets the list of its files by which a
+    later run may replace it (docs/outputs.md)."""
+
+    def __init__(self, path: str, tool: str | None = None, force: bool = False) -> None:
         self.name = path
         self._path = os.path.realpath(path)
+        self._tool = tool
+        self._replace = False
         if os.path.lexists(self._path) and not (os.path.isdir(self._path) and not os.listdir(self._path)):
-            raise UsageError(f"{path}: expected a name that is free, or an empty folder", file=path)
+            if not force or tool is None:
+                hint = "; --force replaces it" if tool else ""
+                raise UsageError(f"{path}: expected a name that is free, or an empty folder{hint}", file=path)
+            self._check_own()
+            self._replace = True
+        os.makedirs(os.path.dirname(self._path), exist_ok=True)
         self.temporary: str | None = _beside(self._path)
         os.mkdir(self.temporary)
+
+    def _check_own(self) -> None:
+        """Raises `UsageError` unless a run of this tool wrote the folder and every file in it."""
+        refusal = f"{self.name}: --force replaces only what this tool wrote: "
+        try:
+            with open(os.path.join(self._path, _LIST)) as file:
+                head, writer, *lines = file.read().splitlines()
+        except (OSError, ValueError):
+            raise UsageError(f"{refusal}the folder has no list of its files; remove it first") from None
+        if head != _HEAD or writer != f"tool {self._tool}":
+            raise UsageError(f"{refusal}the folder is from {writer.partition(' ')[2] or 'another tool'}")
+        own = {_LIST, *(line[5:] for line in lines if line.startswith("file "))}
+        for part in _files(self._path):
+            if part not in own:
+                raise UsageError(f"{refusal}it did not write {part}")
+        here = os.path.join(os.path.realpath(os.curdir), "")
+        if here.startswith(os.path.join(self._path, "")):
+            raise UsageError(f"{self.name}: is the current folder, or around it")
 
     def write_file(self, name: str, content: bytes) -> None:
         """name: with / between folders, which are made."""
@@ -128,7 +157,17 @@ class FolderOutput:
     def commit(self) -> None:
         """Gives the folder its name. Fails where something has it meanwhile."""
         assert self.temporary is not None
-        os.rename(self.temporary, self._path)
+        if self._tool is not None:
+            files = "".join(f"file {part}\n" for part in sorted(_files(self.temporary)))
+            self.write_file(_LIST, f"{_HEAD}\ntool {self._tool}\n{files}".encode())
+        if not self._replace:
+            os.rename(self.temporary, self._path)
+        else:
+            self._check_own()  # files may have been added while the run went on
+            former = _beside(self._path)
+            os.rename(self._path, former)
+            os.rename(self.temporary, self._path)
+            shutil.rmtree(former)
         self.temporary = None
 
     def discard(self) -> None:
@@ -136,6 +175,15 @@ class FolderOutput:
         if self.temporary is not None:
             shutil.rmtree(self.temporary)
             self.temporary = None
+
+
+def _files(folder: str) -> list[str]:
+    """Paths of all files below a folder, relative to it, with / between folders."""
+    return [
+        os.path.relpath(os.path.join(place, name), folder).replace(os.sep, "/")
+        for place, _, names in os.walk(folder)
+        for name in names
+    ]
 
 
 class ObjectOutput:

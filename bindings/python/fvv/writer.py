@@ -22,7 +22,8 @@ from .outputs import FileOutput, FolderOutput, ObjectOutput, Target, output_of
 #: By identifier or name of a camera, or in the order of `Writer.cameras`, None where there is nothing.
 Images = Union[Mapping[Key, Any], Sequence[Any]]
 _SIZES = {"tile", "video_size"}
-_OF_CAPTURES = {"frames", "verify", "skip_bad_frames"}
+_INPUTS = {"meshes", "atlas", "pictures", "masks", "fps", "units"}
+_OF_CAPTURES = {"frames", "verify", "skip_bad_frames", *_INPUTS}
 
 
 def _text(name: str, value: Any) -> str:
@@ -126,7 +127,7 @@ class Writer:
         self.rate = _rate_of(rate)
         if up not in (None, "+x", "+y", "+z", "-x", "-y", "-z"):
             raise UsageError(f'up: expected "+x", "+y", "+z", "-x", "-y", "-z" or None, found {up!r}')
-        for option in _OF_CAPTURES & options.keys():
+        for option in sorted(_OF_CAPTURES & options.keys()):
             raise UsageError(f"{option}: is an option of fvv.mux, a writer has none")
         for camera in self.cameras:
             if not isinstance(camera, Camera):
@@ -413,37 +414,47 @@ def _pixels(image: Any) -> Any:
 
 
 def mux(
-    capture: str | os.PathLike[str],
+    capture: str | os.PathLike[str] | None,
     target: Target,
     *,
     cameras: str | Iterable[int | str] | None = None,
     budget: str | float | None = None,
     force: bool = False,
     segments: str | os.PathLike[str] | None = None,
+    write_capture: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], object] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """Packs a capture on disk into a stream, as `fvvmux` does, with the same bytes.
 
-    capture: capture.json or its folder (spec/capture.md). target, budget, force, options: as `Writer` has them.
+    capture: capture.json or its folder (spec/capture.md), or the folder of a COLMAP model or of nerfstudio's transforms.json;
+    None: meshes names them all. meshes ("f/%04d.obj"), atlas, pictures, masks, fps, units, up: in place of a
+    capture.json (docs/fvvmux-inputs.md); write_capture: a file for the capture.json that they amount to. target, budget, force, options: as `Writer` has them.
     cameras: identifiers, ranges ("2-5") or names of those to take. verify=True: reads the file back and compares everything
     with the capture. segments: a folder that does not exist or is empty, for the stream in files (docs/fvvserve.md). progress: called with frames done and frames in all.
 
     Returns what `fvvmux --json` prints, and "warnings". Raises `UsageError`, `DamagedError` for files of the capture that
     cannot be used, and `OSError`; nothing is left of the stream then.
     """
-    path = os.fspath(capture)
+    path = "" if capture is None else os.fspath(capture)
     chosen = camera_names(cameras)
     texts = option_texts({"budget": budget, **options})
+    if not path and "meshes" not in texts:
+        raise UsageError("capture: expected a path, or None and meshes, found None")
     verifies = texts.get("verify") == "on"
     calls = _Calls(None if progress is None else lambda done: progress(done, muxer.frame_count))
-    folder = None
-    output = calls.output = output_of(target, force, _core.files_of(path) if force else ())
+    folder = described = None
+    output = calls.output = output_of(target, force, _core.files_of(path, texts) if force else ())
     try:
         if output.temporary is None and (verifies or segments is not None):
             raise UsageError(f"{'verify' if verifies else 'segments'}: {output.name} cannot be read back")
         if segments is not None:
             folder = FolderOutput(os.fspath(segments))
+        if write_capture is not None:
+            described = FileOutput(
+                os.fspath(write_capture), force, _core.files_of(path, texts) if force else ()
+            )
+            described.write(_core.describe_inputs(path, texts, described.name).encode())
         muxer = _core.CaptureMuxer(
             path, chosen, texts, calls.write, calls.losses, None if progress is None else calls.step
         )
@@ -460,8 +471,12 @@ def mux(
         output.commit()
         if folder is not None:
             folder.commit()
+        if described is not None:
+            described.commit()
     finally:
         output.discard()
+        if described is not None:
+            described.discard()
         if folder is not None:
             folder.discard()
         calls.losses.show(stacklevel=3)

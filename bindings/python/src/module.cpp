@@ -1,4 +1,7 @@
 // The extension module fvv._core. What users see is in ../fvv.
+#include "capture/cameras.h"
+#include "capture/footage.h"
+#include "capture/hull.h"
 #include "compare.h"
 #include "decimate.h"
 #include "live/reader.h"
@@ -89,6 +92,9 @@ PYBIND11_MODULE(_core, module) {
   register_write(module);
   register_parts(module);
   register_decimate(module);
+  register_footage(module);
+  register_hull(module);
+  register_cameras(module);
   module.attr("library_version") = fvv_version();
   module.def("check", &check, py::arg("source"), py::arg("name"), py::arg("decode"), py::arg("limits"));
 }

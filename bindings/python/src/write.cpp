@@ -7,7 +7,7 @@
 #include "fvv_mux/mux.h"
 #include "fvv_mux/option_texts.h"
 #include "fvv_mux/segments.h"
-#include "fvv_scene/capture.h"
+#include "fvv_scene/inputs.h"
 #include "source.h"
 
 #include <algorithm>
@@ -149,17 +149,36 @@ py::object parsed(const nlohmann::ordered_json &json) {
 
 // ---- captures ------------------------------------------------------------------------------------------
 
+// The options of a capture on disk, or of what is in place of one.
+mux::Options capture_options(const std::string &capture, const py::dict &given) {
+  mux::Options options = options_of(given);
+  options.capture = capture;
+  return options;
+}
+
 // All files of a capture, so that none of them is replaced.
-std::vector<std::string> files_of(const std::string &capture) {
+std::vector<std::string> files_of(const std::string &capture, const py::dict &given) {
+  const mux::Options options = capture_options(capture, given);
   const py::gil_scoped_release release;
   std::vector<std::string> out;
   try {
-    scene::visit_files(scene::load_capture(scene::description_file(capture)),
+    scene::visit_files(scene::load_capture(options.capture, options.inputs),
                        [&](const std::string &path) { out.push_back(path); });
   } catch (const Error &error) {
     refuse(error, FVV_ERROR_DAMAGED);
   }
   return out;
+}
+
+// The text of the capture.json at path that a folder and options stand for.
+std::string describe_inputs(const std::string &capture, const py::dict &given, const std::string &path) {
+  const mux::Options options = capture_options(capture, given);
+  const py::gil_scoped_release release;
+  try {
+    return scene::describe_inputs(options.capture, options.inputs, path);
+  } catch (const Error &error) {
+    refuse(error, FVV_ERROR_DAMAGED);
+  }
 }
 
 class CaptureMuxer {
@@ -168,8 +187,7 @@ public:
   CaptureMuxer(const std::string &capture, const std::vector<std::string> &cameras, const py::dict &options,
                const py::object &sink, const py::object &on_warning, const py::object &on_progress)
       : calls(sink, on_warning, on_progress) {
-    mux::Options chosen = options_of(options);
-    chosen.capture = capture;
+    mux::Options chosen = capture_options(capture, options);
     chosen.cameras = cameras;
     guarded([&] { muxer.emplace(chosen, calls.observer()); });
   }
@@ -395,7 +413,8 @@ void register_write(py::module_ &module) {
            py::arg("calibrations"), py::arg("visibility"))
       .def("finish", &FrameWriter::finish, py::arg("output"))
       .def("close", &FrameWriter::close);
-  module.def("files_of", &files_of, py::arg("capture"));
+  module.def("files_of", &files_of, py::arg("capture"), py::arg("options") = py::dict());
+  module.def("describe_inputs", &describe_inputs, py::arg("capture"), py::arg("options"), py::arg("path"));
   module.def("write_segments", &write_segments, py::arg("stream"), py::arg("write_file"));
 }
 

@@ -1,4 +1,4 @@
-"""The samples of README.md run, in order."""
+"""The Python samples of README.md, of the package and of the project, run."""
 
 import re
 import shutil
@@ -6,7 +6,8 @@ import shutil
 import pytest
 from conftest import ROOT
 
-SAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "bindings/python/README.md").read_text(), re.S)
+PAGES = ["bindings/python/README.md", "README.md"]
+SAMPLES = [s for page in PAGES for s in re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)]
 
 
 def test_there_are_samples():

@@ -89,10 +89,32 @@ def test_a_writer_is_fvvmux(players, tmp_path, options):
     assert writer.summary["frames"] == 4 and writer.frames == 4
 
 
+def test_a_capture_may_be_patterns_of_files(tmp_path):
+    from scenes import ball
+
+    for i in range(2):
+        positions, faces = ball(6, shift=0.01 * i)
+        lines = [f"v {x} {y} {z}" for x, y, z in positions] + [
+            "f {} {} {}".format(*face + 1) for face in faces
+        ]
+        (tmp_path / f"{i}.obj").write_text("\n".join(lines) + "\n")
+    described = tmp_path / "capture.json"
+    meshes = {"meshes": tmp_path / "%d.obj", "fps": 10, "units": "metres"}
+    fvv.mux(None, tmp_path / "a.fvv", **meshes, write_capture=described)
+    fvv.mux(described, tmp_path / "b.fvv")
+    assert (tmp_path / "a.fvv").read_bytes() == (tmp_path / "b.fvv").read_bytes()
+    assert json.loads(described.read_text())["meshes"] == {"pattern": "%d.obj"}
+    with pytest.raises(fvv.UsageError, match="capture: expected a path, or None and meshes"):
+        fvv.mux(None, tmp_path / "c.fvv")
+    with pytest.raises(fvv.UsageError, match="fps: is an option of fvv.mux"):
+        fvv.Writer(tmp_path / "c.fvv", rate=25, **meshes)
+
+
 def test_every_option_of_fvvmux_has_its_name():
-    words = set(re.findall(r"^ +(?:-\w,)?--([a-z-]+)", tool("fvvmux", "--help"), re.M))
+    words = set(re.findall(r"^ +(?:-\w,)?--([a-z-]+)", tool("fvvmux", "--help-all"), re.M))
     assert len(words) > 45
-    others = {"help", "version", "json", "output", "force", "segments", "cameras"}
+    others = {"help", "help-all", "version", "json", "output", "force", "segments", "cameras"}
+    others.add("write-capture")  # a parameter of fvv.mux
     of_parts = {"plan", "part", "merge", "capture"}  # fvv.distributed
     for word in words - others - of_parts:
         name = "budget" if word == "max-error" else word.replace("-", "_")

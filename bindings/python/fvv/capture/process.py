@@ -1,0 +1,521 @@
+"""The whole way from recordings to a capture folder or a stream: what the command fvvcapture does."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import tempfile
+import time
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy
+
+from .. import _core
+from ..errors import DamagedError, Error, LossWarning, UsageError
+from ..friends.needed import needed
+from ..outputs import FileOutput, FolderOutput
+from ..writer import mux
+from . import footage, pipeline, synchronise
+from .cameras import Calibration, read_calibration
+from .footage import Recording, Timeline
+from .keying import Key
+from .pipeline import Executors, FrameResult, Options, Progress, Work
+from .report import SILHOUETTE_WARNING, describe_frames, leave_one_out
+from .sheet import draw
+
+cv2: Any = needed("cv2", "capture")
+
+#: A key below this confidence is named in a warning.
+LOW_CONFIDENCE = 0.35
+#: Frames of the preview sheet.
+SHEET_FRAMES = 4
+
+
+@dataclasses.dataclass(frozen=True)
+class Request:
+    """What to make, and of what. Paths are those of files that exist."""
+
+    recordings: str  #: A folder: see `footage.find`.
+    calibration: str | Sequence[str]  #: See `cameras.read_calibration`.
+    output: str  #: A folder for a capture, or a name ending in .fvv.
+    plates: str | None = None  #: Recordings of the empty stage, named alike. None: the median of each clip.
+    masks: str | None = None  #: Masks of another program, named alike, in place of keying.
+    rate: Fraction | None = None  #: Frames a second; None: that of the videos.
+    offsets: Mapping[str, float] = dataclasses.field(
+        default_factory=dict
+    )  #: Pictures, by name of the recording.
+    synchronise: synchronise.Method | None = None  #: How to find offsets of those that are not given.
+    units: str | None = None  #: Of the calibration, where its format does not say.
+    up: str | None = None  #: "+y", ...: in place of what the calibration says.
+    cameras: Sequence[str] = ()  #: Names; empty: all that have recordings.
+    exclude: Sequence[str] = ()  #: Names of cameras that are left out.
+    frames: tuple[int, int | None] | None = None  #: First and last; None: the last that all have.
+    places: Mapping[str, tuple[int, int]] = dataclasses.field(
+        default_factory=dict
+    )  #: `place` of capture.md, by camera.
+    name: str = ""  #: Of the scene.
+    sound: str | None = None  #: Name of the recording whose sound is taken.
+    sheet: str | None = None  #: A PNG of pictures and mattes.
+    held_out: int = 0  #: Frames that each camera in turn is predicted at from the others.
+    options: Options = dataclasses.field(default_factory=Options)
+    mux: Mapping[str, Any] = dataclasses.field(default_factory=dict)  #: Options of `fvv.mux` for a stream.
+    force: bool = False
+
+
+@dataclasses.dataclass
+class Result:
+    """What was made."""
+
+    report: dict[str, Any]  #: As report.json; spec/fvvcapture.schema.json.
+    warnings: list[str]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Shoot:
+    """Cameras with their recordings, on one time line."""
+
+    entries: list[dict[str, Any]]  #: As in capture.json, without pictures.
+    names: list[str]  #: Of the cameras; also of their folders.
+    recordings: list[Recording]
+    masks: dict[str, Recording]  #: That are given, by name of the recording; empty: pictures are keyed.
+    line: Timeline
+    numbers: list[int]
+    found: dict[str, synchronise.Offset]
+
+
+def process(
+    request: Request, jobs: int = 1, client: Any = None, progress: Progress = lambda stage, done, count: None
+) -> Result:
+    """Makes a capture or a stream. jobs: processes at once; client: of Dask, in place of them. progress: called with what is
+    done, how much, and of how much.
+
+    Raises `UsageError`, `DamagedError`, OSError; then nothing is left of the outputs. Warnings are in the result.
+    """
+    began = time.perf_counter()
+    notes: list[str] = []
+    outputs: list[FileOutput | FolderOutput] = []
+    scratch: tempfile.TemporaryDirectory[str] | None = None
+    try:
+        # Refused before the work, not after it.
+        sheet = FileOutput(request.sheet, request.force) if request.sheet else None
+        if sheet is not None:
+            outputs.append(sheet)
+        stream: FileOutput | None = None
+        if request.output.endswith(".fvv"):
+            stream = FileOutput(request.output, request.force)
+            outputs.append(stream)
+            place = os.path.dirname(os.path.realpath(request.output))
+            scratch = tempfile.TemporaryDirectory(prefix=".fvvcapture-", dir=place)
+            target, final = scratch.name, None
+        else:
+            folder = FolderOutput(request.output, "fvvcapture", request.force)
+            outputs.append(folder)
+            assert folder.temporary is not None
+            target, final = folder.temporary, request.output
+        calibration = read_calibration(request.calibration, units=request.units)
+        if not calibration.unit_known:
+            notes.append("the calibration does not say its unit of length: pass --units")
+        with Executors(jobs, client) as run:
+            shoot = _shoot(request, calibration, progress, notes)
+            work, how = _work(request, shoot, target, run, progress)
+            if sheet is not None:
+                sheet.write(_sheet(work, shoot))
+            results = pipeline.make(work, shoot.numbers, shoot.names, run, progress)
+        for keyer in work.keyers:
+            if keyer is not None:
+                os.unlink(keyer)
+        text = _capture(request, calibration, shoot, results, final)
+        _write(os.path.join(target, "capture.json"), text.encode())
+        _warn(shoot, results, notes)
+        report = describe_frames(results, shoot.names, how)
+        report["offsets"] = {
+            name: {"pictures": shoot.line.offsets[name], **_found_offset(shoot.found.get(name))}
+            for name in shoot.line.offsets
+        }
+        assert work.bounds is not None
+        report["bounds"] = {"low": list(work.bounds[0]), "high": list(work.bounds[1])}
+        if stream is not None:
+            report["mux"] = _mux(
+                os.path.join(target, "capture.json"), stream, request, shoot.numbers, notes, progress
+            )
+        if request.held_out:
+            report["held_out"] = _held_out(
+                request, calibration, shoot, results, target, stream, notes, progress
+            )
+        report["seconds"]["all"] = time.perf_counter() - began
+        report["warnings"] = notes
+        if stream is None:
+            _write(os.path.join(target, "report.json"), (json.dumps(report, indent=1) + "\n").encode())
+        for output in outputs:
+            output.commit()
+        return Result(report, notes)
+    finally:
+        for output in outputs:
+            output.discard()
+        if scratch is not None:
+            scratch.cleanup()
+
+
+def _held_out(
+    request: Request,
+    calibration: Calibration,
+    shoot: _Shoot,
+    results: Sequence[FrameResult],
+    target: str,
+    stream: FileOutput | None,
+    notes: list[str],
+    progress: Progress,
+) -> list[dict[str, Any]]:
+    """Of some frames each camera, predicted from the others."""
+    # Names of files are absolute in here, as the folder has a temporary name.
+    text = _capture(request, calibration, shoot, results, None)
+    described = os.path.join(target, "held_out.json")
+    _write(described, text.encode())
+    clip = os.path.join(target, "held_out.fvv") if stream is None else stream.temporary
+    try:
+        if clip is None:
+            raise UsageError(
+                f"{request.output}: --held-out needs a file that can be read back", file=request.output
+            )
+        if stream is None:
+            _mux(described, clip, request, shoot.numbers, notes, progress)
+        else:
+            stream.flush()
+        reader = _core.Footage(text, described)
+        return leave_one_out(clip, reader, pipeline.spread(shoot.numbers, request.held_out), progress)
+    finally:
+        os.unlink(described)
+        if stream is None and clip is not None and os.path.exists(clip):
+            os.unlink(clip)
+
+
+def _write(path: str, content: bytes) -> None:
+    with open(path, "wb") as file:
+        file.write(content)
+
+
+def _shoot(request: Request, calibration: Calibration, progress: Progress, notes: list[str]) -> _Shoot:
+    progress("read recordings", 0, 1)
+    recordings = footage.find(request.recordings)
+    names = [entry["name"] for entry in calibration.entries]
+    for name in [*request.cameras, *request.exclude, *request.places]:
+        if name not in names:
+            raise UsageError(f"there is no camera {name} in the calibration: {', '.join(names)}")
+    matched, unused = footage.match_cameras(names, recordings)
+    wanted = [
+        i
+        for i in sorted(matched)
+        if (not request.cameras or names[i] in request.cameras) and names[i] not in request.exclude
+    ]
+    missing = [name for i, name in enumerate(names) if i not in matched and name not in request.exclude]
+    if missing:
+        notes.append(f"cameras without a recording are left out: {', '.join(missing)}")
+    if unused:
+        notes.append(f"recordings without a calibrated camera are left out: {', '.join(unused)}")
+    entries = [dict(calibration.entries[i]) for i in wanted]
+    chosen = [matched[i] for i in wanted]
+    if not chosen:
+        raise UsageError("expected a camera or more, found none of those wanted")
+    for entry, recording in zip(entries, chosen):
+        entry.pop("pictures", None)
+        entry.pop("masks", None)
+        expected = (entry["width"], entry["height"])
+        if recording.size != expected and entry["name"] not in request.places:
+            raise UsageError(
+                f"{recording.path}: expected pictures of {expected[0]} x {expected[1]}, the size of the calibration, found "
+                f"{recording.size[0]} x {recording.size[1]}; if they are cut out of it, pass --place {entry['name']}=X,Y",
+                file=recording.path,
+            )
+    masks = _given_masks(request.masks, chosen)
+    rate = footage.common_rate(chosen, request.rate)
+    offsets = dict(request.offsets)
+    found: dict[str, synchronise.Offset] = {}
+    if request.synchronise is not None:
+        found = synchronised(chosen, request.synchronise, rate, progress)
+        for recording in chosen:
+            if recording.name not in offsets:
+                offsets[recording.name] = found[recording.name].seconds * float(rate)
+        weak = [name for name, o in found.items() if o.confidence < synchronise.TRUSTED]
+        if weak:
+            notes.append(
+                f"offsets by {request.synchronise} are not certain: "
+                + ", ".join(f"{name} {found[name].confidence:.2f}" for name in weak)
+            )
+    line = footage.timeline(chosen, rate, {k: v for k, v in offsets.items() if k in {r.name for r in chosen}})
+    numbers = list(range(line.first, line.first + line.count))
+    if request.frames is not None:
+        first = request.frames[0]
+        last = line.first + line.count - 1 if request.frames[1] is None else request.frames[1]
+        if not line.first <= first <= last < line.first + line.count:
+            raise UsageError(
+                f"--frames: expected frames from {line.first} to {line.first + line.count - 1}, "
+                f"which all recordings have, found {first}-{last}"
+            )
+        numbers = list(range(first, last + 1))
+    return _Shoot(entries, [str(e["name"]) for e in entries], chosen, masks, line, numbers, found)
+
+
+def _given_masks(folder: str | None, recordings: Sequence[Recording]) -> dict[str, Recording]:
+    if folder is None:
+        return {}
+    masks = footage.find(folder)
+    missing = [r.name for r in recordings if r.name not in masks]
+    if missing:
+        raise UsageError(
+            f"{folder}: expected masks of each camera, found none of {', '.join(missing)}", file=folder
+        )
+    return masks
+
+
+def synchronised(
+    recordings: Sequence[Recording],
+    method: synchronise.Method,
+    rate: Fraction,
+    progress: Progress = lambda stage, done, count: None,
+) -> dict[str, synchronise.Offset]:
+    """Offsets of recordings, from all of their sound or pictures."""
+    by_name = {r.name: r for r in recordings}
+
+    def sound_of(name: str) -> str:
+        recording = by_name[name]
+        if recording.pattern is None:
+            return recording.path
+        for suffix in (".wav", ".flac", ".m4a", ".mp3", ".ogg", ".opus"):
+            if os.path.exists(recording.path + suffix):
+                return recording.path + suffix
+        raise UsageError(f"{recording.path}: expected a file of sound beside the folder, such as {name}.wav")
+
+    def pictures_of(name: str) -> Iterable[Any]:
+        recording = by_name[name]
+        line = Timeline(rate, {name: 0}, 0, recording.count)
+        camera = {
+            "id": 0,
+            "width": recording.size[0],
+            "height": recording.size[1],
+            "intrinsics": {"fx": 1000, "fy": 1000, "cx": recording.size[0] / 2, "cy": recording.size[1] / 2},
+            "rotation": numpy.eye(3).tolist(),
+            "translation": [0, 0, 0],
+            "pictures": footage.source(recording, line, 0),
+        }
+        reader = pipeline.open_footage(pipeline.without_meshes([camera], _head(rate, 0, recording.count)))
+        return (reader.picture(0, n) for n in range(recording.count))
+
+    return synchronise.measure(
+        method,
+        [r.name for r in recordings],
+        sound_of,
+        pictures_of,
+        float(rate),
+        progress=lambda done, count: progress("synchronise", done, count),
+    )
+
+
+def _head(rate: Fraction, first: int, count: int) -> dict[str, Any]:
+    return {
+        "fvv_capture": 1,
+        "frame_rate": f"{rate.numerator}/{rate.denominator}",
+        "frames": {"first": first, "count": count},
+        "units": "metres",
+    }
+
+
+def _entries(shoot: _Shoot, request: Request, relative_to: str | None = None) -> list[dict[str, Any]]:
+    """Cameras of a capture.json with their pictures, and masks that are given."""
+    first = shoot.numbers[0]
+    out = []
+    for entry, recording in zip(shoot.entries, shoot.recordings):
+        place = request.places.get(entry["name"])
+        made = {
+            **entry,
+            "pictures": _placed(footage.source(recording, shoot.line, first, relative_to), place),
+        }
+        mask = shoot.masks.get(recording.name)
+        if mask is not None:
+            named = dataclasses.replace(mask, name=recording.name)
+            source = footage.source(named, shoot.line, first, relative_to)
+            made["masks"] = _placed(source, place if mask.size == recording.size else None)
+        out.append(made)
+    return out
+
+
+def _placed(source: dict[str, Any] | str, place: tuple[int, int] | None) -> dict[str, Any] | str:
+    if place is None:
+        return source
+    return {**({"pattern": source} if isinstance(source, str) else source), "place": list(place)}
+
+
+def _work(
+    request: Request, shoot: _Shoot, target: str, run: Executors, progress: Progress
+) -> tuple[Work, list[dict[str, Any] | None]]:
+    """With bounds; and how each camera is keyed."""
+    head = _head(shoot.line.rate, shoot.numbers[0], len(shoot.numbers))
+    text = pipeline.without_meshes(_entries(shoot, request), head)
+    problems, _ = pipeline.open_footage(text).check()
+    if problems:
+        raise DamagedError("; ".join(problems[:4]))
+    keyers: list[str | None] = [None] * len(shoot.recordings)
+    how: list[dict[str, Any] | None] = [None] * len(shoot.recordings)
+    if not shoot.masks:
+        keyers = [os.path.join(target, f"keyer-{i}") for i in range(len(shoot.recordings))]
+        how = _learn(request, shoot, [k for k in keyers if k is not None], run, progress)
+    work = Work(text, target, tuple(keyers), request.options)
+    return pipeline.prepare(work, shoot.numbers, run, progress), how
+
+
+def _learn(
+    request: Request,
+    shoot: _Shoot,
+    paths: Sequence[str],
+    run: Executors,
+    progress: Progress,
+) -> list[dict[str, Any] | None]:
+    """Backgrounds and colours, from all that was filmed and not from the frames that are wanted alone: the longer, the less of the
+    action stays in the background."""
+    line = shoot.line
+    long = dataclasses.replace(shoot, numbers=list(range(line.first, line.first + line.count)))
+    text = pipeline.without_meshes(_entries(long, request), _head(line.rate, line.first, line.count))
+    empty = _empty_stage(request, shoot) if request.plates is not None else [None] * len(paths)
+    calls = [(text, i, path, request.options.key, stage) for i, (path, stage) in enumerate(zip(paths, empty))]
+    found: list[dict[str, Any] | None] = []
+    for how in run.map(pipeline.learn_keyer, calls):
+        found.append(how)
+        progress("learn backgrounds", len(found), len(calls))
+    return found
+
+
+def _empty_stage(request: Request, shoot: _Shoot) -> list[str]:
+    """For each camera the description of its pictures of the empty stage."""
+    assert request.plates is not None
+    plates = footage.find(request.plates)
+    out = []
+    for entry, recording in zip(shoot.entries, shoot.recordings):
+        plate = plates.get(recording.name)
+        if plate is None:
+            raise UsageError(
+                f"{request.plates}: expected a recording of {recording.name}, found {', '.join(plates)}"
+            )
+        if plate.size != recording.size:
+            raise UsageError(
+                f"{plate.path}: expected pictures of {recording.size[0]} x {recording.size[1]}, found "
+                f"{plate.size[0]} x {plate.size[1]}",
+                file=plate.path,
+            )
+        count = min(plate.count, pipeline.PLATE_PICTURES)
+        line = Timeline(shoot.line.rate, {plate.name: 0}, 0, count)
+        shown = {k: v for k, v in entry.items() if k != "per_frame"}
+        shown["pictures"] = _placed(footage.source(plate, line, 0), request.places.get(entry["name"]))
+        out.append(pipeline.without_meshes([shown], _head(shoot.line.rate, 0, count)))
+    return out
+
+
+def _sheet(work: Work, shoot: _Shoot) -> bytes:
+    """A PNG of some frames."""
+    frames = pipeline.spread(shoot.numbers, SHEET_FRAMES)
+    reader = pipeline.open_footage(work.description)
+    keys: list[list[Key]] = [[] for _ in shoot.names]
+    pictures: list[list[Any]] = [[] for _ in shoot.names]
+    for number in frames:
+        _, found, masks = pipeline.keys_of(work, number)
+        for index, (key, mask) in enumerate(zip(found, masks)):
+            picture = reader.picture(index, number)
+            if key is None:  # a given mask, or none at a frame without a calibration
+                mask = numpy.zeros(picture.shape[:2], numpy.uint8) if mask is None else mask
+                key = Key(mask, mask, 1.0, 0, 0.0, "given")
+            keys[index].append(key)
+            pictures[index].append(picture)
+    drawn = draw(keys, pictures, shoot.names, frames)
+    done, data = cv2.imencode(".png", drawn[:, :, ::-1])
+    if not done:
+        raise Error("OpenCV cannot encode the sheet")
+    return bytes(data.tobytes())
+
+
+def _capture(
+    request: Request,
+    calibration: Calibration,
+    shoot: _Shoot,
+    results: Sequence[FrameResult],
+    final: str | None,
+) -> str:
+    """The text of capture.json. final: the folder that it is going to be in, from which names are relative; None: they are absolute."""
+    base = None if final is None else os.path.realpath(final)
+    entries = _entries(shoot, request, base)
+    if not shoot.masks:
+        for entry, name in zip(entries, shoot.names):
+            entry["masks"] = f"{pipeline.mask_name(name).replace('%', '%%')}/%04d.png"
+    out = _head(shoot.line.rate, shoot.numbers[0], len(shoot.numbers))
+    if request.name:
+        out["name"] = request.name
+    if not calibration.unit_known:
+        out["units"] = "unknown"
+    out["up"] = request.up or calibration.up
+    empty = [r.number for r in results if r.empty]
+    out["meshes"] = {"pattern": "meshes/%04d.ply", **({"empty": empty} if empty else {})}
+    out["cameras"] = entries
+    if request.sound is not None:
+        by_name = {r.name: r for r in shoot.recordings}
+        if request.sound not in by_name:
+            raise UsageError(f"sound of {request.sound}: expected one of {', '.join(by_name)}")
+        recording = by_name[request.sound]
+        start = Fraction(shoot.numbers[0] + shoot.line.offsets[recording.name]) / shoot.line.rate
+        path = recording.path if base is None else os.path.relpath(recording.path, base)
+        out["audio"] = [{"file": path, "offset": f"{start.numerator}/{start.denominator}"}]
+    return json.dumps(out, indent=1) + "\n"
+
+
+def _found_offset(found: synchronise.Offset | None) -> dict[str, Any]:
+    if found is None:
+        return {}
+    return {"seconds": found.seconds, "confidence": found.confidence, "residual": found.residual}
+
+
+def _warn(shoot: _Shoot, results: Sequence[FrameResult], notes: list[str]) -> None:
+    empty = [r.number for r in results if r.empty]
+    if empty:
+        notes.append(f"{len(empty)} of {len(results)} frames have no mesh, such as {empty[0]}")
+    for index, name in enumerate(shoot.names):
+        low = [r for r in results if (c := r.confidence[index]) is not None and c < LOW_CONFIDENCE]
+        if low:
+            worst = min(low, key=lambda r: r.confidence[index] or 0.0)
+            notes.append(
+                f"{name}: the key of {len(low)} of {len(results)} frames is not certain, least in frame {worst.number} "
+                f"({worst.confidence[index]:.2f})"
+            )
+        off = [r for r in results if (v := r.iou[index]) is not None and v < SILHOUETTE_WARNING]
+        if off:
+            least = min(off, key=lambda r: r.iou[index] or 0.0)
+            notes.append(
+                f"{name}: in {len(off)} of {len(results)} frames the mesh does not fill the silhouette, least in frame "
+                f"{least.number} (IoU {least.iou[index]:.2f})"
+            )
+
+
+def _mux(
+    capture: str,
+    target: str | FileOutput,
+    request: Request,
+    numbers: Sequence[int],
+    notes: list[str],
+    progress: Progress,
+) -> dict[str, Any]:
+    """Packs the capture; losses become notes."""
+    options: dict[str, Any] = {"frames": f"{numbers[0]}-{numbers[-1]}", **request.mux}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = mux(
+            capture,
+            target,
+            # Selected, because recordings are longer than what all of them have.
+            **options,
+            progress=lambda done, count: progress("encode", done, count),
+        )
+    for warning in caught:
+        if issubclass(warning.category, LossWarning):
+            notes.append(f"mux: {warning.message}")
+        else:
+            warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+    return found

@@ -1,0 +1,10 @@
+// Pictures, masks and sound of a recording, read as fvvmux reads them, for fvv/capture.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace fvv::python {
+
+void register_footage(pybind11::module_ &module);
+
+} // namespace fvv::python
