@@ -1,8 +1,8 @@
-// The player and its decoder as one compressed script: a page imports it as a module, and it is its own worker. The Python
-// package embeds it. usage: node bundle.mjs OUT.js.gz, after js/decoder/wasm/build.sh
+// The player and its decoder as one script (src/single_file.js). The npm package contains it; the Python package embeds it,
+// compressed. usage: node bundle.mjs OUT.js | OUT.js.gz, after js/decoder/wasm/build.sh
 
-import { writeFileSync } from "node:fs";
-import { dirname, resolve } from "node:path";
+import { mkdirSync, writeFileSync } from "node:fs";
+import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 
@@ -10,16 +10,10 @@ import { build } from "esbuild";
 
 const here = dirname(fileURLToPath(import.meta.url));
 
-/** Writes the script to a path. Other modules are not fetched, so that it also works inside a page. */
+/** Writes the script to a path, compressed if its name ends in .gz. It fetches no other modules. */
 export async function bundlePlayer(out) {
   const { outputFiles } = await build({
-    stdin: {
-      contents: `
-        if (typeof document === "undefined") await import("../decoder/dist/worker.js");
-        else await import("./src/index.js");
-      `,
-      resolveDir: here,
-    },
+    entryPoints: [join(here, "src/single_file.js")],
     bundle: true,
     format: "esm",
     minify: true,
@@ -27,14 +21,17 @@ export async function bundlePlayer(out) {
     write: false,
     logLevel: "warning",
   });
-  const packed = gzipSync(outputFiles[0].contents, { level: 9 });
+  const [{ contents }] = outputFiles;
+  mkdirSync(dirname(out), { recursive: true });
+  if (!out.endsWith(".gz")) return writeFileSync(out, contents);
+  const packed = gzipSync(contents, { level: 9 });
   packed[9] = 255; // no operating system: the same bytes on every machine
   writeFileSync(out, packed);
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
   if (process.argv.length !== 3) {
-    console.error("usage: node bundle.mjs OUT.js.gz");
+    console.error("usage: node bundle.mjs OUT.js | OUT.js.gz");
     process.exit(2);
   }
   await bundlePlayer(resolve(process.argv[2]));

@@ -6,6 +6,7 @@ import { copyFileSync, linkSync, mkdirSync, readFileSync, rmSync, writeFileSync 
 import { basename, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
+import { bundlePlayer } from "../player/bundle.mjs";
 import { bundle, bundleExample } from "../three/bundle.mjs";
 import { factsOf } from "./clip_facts.mjs";
 import { icon } from "./icon.mjs";
@@ -46,6 +47,7 @@ export async function buildSite(out, inspect, clips) {
     [],
     out,
   );
+  await bundlePlayer(join(out, "fvv-player.min.js"));
   await bundleExample(join(out, "three"));
   writePages(out);
   for (const clip of clips) bring(clip, join(out, "clips", basename(clip)));

@@ -10,6 +10,7 @@ const PAGES = [
   ["embed.html", "Embed"],
   ["three/", "three.js"],
   ["spec/fvv.html", "Specification"],
+  ["docs/", "Docs"],
 ];
 
 /** A whole page. page: address below the site's root, "" for the first; script: a module; content: HTML of main. */

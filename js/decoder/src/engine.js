@@ -6,8 +6,11 @@ import { createPictures } from "./pictures.js";
 import { Playback } from "./playback.js";
 import { defaultLimits } from "./session.js";
 import { openSource } from "./sources/open.js";
+import { notAStream } from "./sources/request.js";
 
 /** A file that changes more often is an error. */
+/** FVV-1001 */
+const NO_SIGNATURE = 1001;
 const REOPEN_MAX = 3;
 /** Seconds that are read ahead of the last frame in the queue if there is sound, which has to arrive before its time. */
 const SOUND_AHEAD = 0.5;
@@ -81,7 +84,7 @@ export class Engine {
     const source = await openSource(this.#description, { pull: this.#pull, warn, cache, quality: this.#quality });
     this.#source = source;
     if (this.#closed) source.close?.();
-    this.#playback = await Playback.open(source, {
+    const opening = Playback.open(source, {
       ...this.#settings,
       codec: this.#codec,
       selection: this.#tracks,
@@ -90,6 +93,14 @@ export class Engine {
       background: this.#background,
       emit: (type, detail) => this.#emit(type, detail),
     });
+    this.#playback = await opening.catch((error) => {
+      throw this.#explained(error);
+    });
+  }
+  /** Names the address of a file that is no stream, and what the host sent. */
+  #explained(error) {
+    const { url } = this.#description;
+    return url && error.issue === NO_SIGNATURE ? notAStream(url, this.#source.type, error) : error;
   }
   /** The cache may use the memory that decoding leaves. */
   get #cacheRoom() {
@@ -187,7 +198,7 @@ export class Engine {
     try {
       if (generation === this.#generation) await this.#produceAcrossChanges(generation, place);
     } catch (error) {
-      if (generation === this.#generation) this.#emit("error", FvvError.from(error));
+      if (generation === this.#generation) this.#emit("error", this.#explained(FvvError.from(error)));
     } finally {
       done();
       this.#wake();

@@ -33,6 +33,25 @@ function toBytes(value) {
   throw new FvvError({ code: "argument", message: "source: expected a stream of bytes" });
 }
 
+/** A source that is text is a URL: a path is one only on a page, and fetch has no files. */
+function addressOf(address, base) {
+  let url = null;
+  try {
+    url = new URL(address, base);
+  } catch {
+    // Explained below.
+  }
+  const isFile = url?.protocol === "file:" || /^[a-z]:$/i.test(url?.protocol ?? "");
+  if (url && !isFile) return url;
+  const advice = base
+    ? "pages cannot fetch files: serve the folder, for instance with fvvserve --root, or pass a Blob"
+    : 'in Node, pass the content of a file: await openAsBlob("clip.fvv") or await readFile("clip.fvv"), of node:fs and node:fs/promises';
+  throw new FvvError({
+    code: "argument",
+    message: `source: expected a URL of http: or https:, found ${address}; ${advice}`,
+  });
+}
+
 function describe(source) {
   const base = globalThis.document?.baseURI ?? globalThis.location?.href;
   if (source === undefined || source === null) return { source: { pull: true }, feed: createFeed() };
@@ -42,7 +61,7 @@ function describe(source) {
   if (source.getReader || source[Symbol.asyncIterator]) return { source: { pull: true }, feed: feedOf(source) };
   if (source.url) {
     const { headers, credentials, seekable, protocols, reconnect, WebSocket } = source;
-    const { href: url, protocol, pathname } = new URL(source.url, base);
+    const { href: url, protocol, pathname } = addressOf(source.url, base);
     const init = { headers, credentials };
     if (protocol === "ws:" || protocol === "wss:") {
       // Constructors can't be sent to workers.

@@ -1,6 +1,8 @@
 // A web server that behaves as good and bad hosts do, by the first part of the path:
 //   /dist /test        this package, under a strict content policy; more folders can be given
 //   /range/NAME        supports Range
+//   /front/NAME        as Vite's dev server: Range, but the last N bytes are taken for the first N + 1
+//   /page/NAME         a page in place of the file
 //   /whole/NAME        responds 200 to every request
 //   /wrong/NAME        a Content-Range whose total is wrong
 //   /gzip/NAME         compresses the response
@@ -20,10 +22,11 @@ const home = resolve(fileURLToPath(import.meta.url), "../..");
 const types = { html: "text/html", js: "text/javascript", mjs: "text/javascript" };
 const policy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'";
 
-function rangeOf(request, size) {
+function rangeOf(request, size, misreads) {
   const match = /^bytes=(\d*)-(\d*)$/.exec(request.headers.range ?? "");
   if (!match) return null;
   const [, from, to] = match;
+  if (from === "" && misreads) return { from: 0, to: Math.min(size, Number(to) + 1) };
   if (from === "") return { from: Math.max(0, size - Number(to)), to: size };
   return { from: Number(from), to: to === "" ? size : Math.min(size, Number(to) + 1) };
 }
@@ -48,7 +51,13 @@ export async function serve(files, results = () => {}, folders = {}) {
     counts.set(request.url, count);
     const etag = behaviour === "changing" && count > 3 ? '"b"' : '"a"';
     const range =
-      behaviour === "whole" || (behaviour === "unranged" && count > 3) ? null : rangeOf(request, bytes.length);
+      behaviour === "whole" || (behaviour === "unranged" && count > 3)
+        ? null
+        : rangeOf(request, bytes.length, behaviour === "front");
+    if (behaviour === "page") {
+      response.writeHead(200, { "Content-Type": "text/html; charset=utf-8" });
+      return response.end("<!doctype html><title>404</title>");
+    }
     if (behaviour === "gzip") {
       response.writeHead(200, { "Content-Encoding": "gzip", ETag: etag });
       return response.end(gzipSync(bytes));

@@ -90,7 +90,42 @@ test("a host that stops supporting Range: a warning, and the same frames", async
 });
 
 test("a missing file is an error with its status", async () => {
-  await assert.rejects(open("range/nothing"), { code: "io", message: /404/ });
+  await assert.rejects(open("range/nothing"), {
+    code: "io",
+    message: /\/range\/nothing: HTTP status 404, .*check the address/,
+  });
+});
+
+test("a host that takes the last bytes for the first ones: a request more, and no warning", async () => {
+  const { decoder, warnings } = await open("front/moving");
+  assert.equal(decoder.seekable, true);
+  assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
+  assert.deepEqual(warnings, []);
+  assert.equal((await decoder.stats()).requests, statSync(clips.moving).size > 8192 ? 4 : 3);
+  decoder.close();
+});
+
+test("a page in place of the stream is named with its type", async () => {
+  const message = /\/page\/moving: expected an fvv stream, found Content-Type text\/html: a page .*\[FVV-1001\]$/;
+  const { decoder } = await open("page/moving");
+  await assert.rejects(decoder.next(), { code: "invalid", issue: 1001, message });
+});
+
+test("a host that does not respond is named", async () => {
+  const source = "http://127.0.0.1:9/clip.fvv";
+  await assert.rejects(createDecoder({ source }), {
+    code: "io",
+    message: /^http:\/\/127\.0\.0\.1:9\/clip\.fvv: no response \(.+\)\. /,
+  });
+});
+
+test("the path of a file is explained", async () => {
+  for (const source of ["clip.fvv", "./clip.fvv", "/clips/clip.fvv", "C:\\clips\\clip.fvv", "file:///clips/clip.fvv"])
+    await assert.rejects(createDecoder({ source }), (error) => {
+      assert.equal(error.code, "argument");
+      assert.ok(error.message.includes(`found ${source}; in Node, pass the content`), error.message);
+      return true;
+    });
 });
 
 test("a configuration block is one read of its size, also that of a repetition", async () => {

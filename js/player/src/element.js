@@ -28,6 +28,7 @@ export class FvvPlayer extends ViewpointElement {
     "loop",
     "controls",
     "live",
+    "controlslist",
     "theme",
     "navigation",
     "view-mode",
@@ -56,6 +57,8 @@ export class FvvPlayer extends ViewpointElement {
   static decoderOptions = {};
   /** The same of this one. */
   decoderOptions = {};
+  /** What starts a worker where the attribute names none; undefined: as createDecoder does. */
+  static _startWorker = undefined;
 
   constructor() {
     super();
@@ -91,6 +94,8 @@ export class FvvPlayer extends ViewpointElement {
     for (const type of ["playing", "seeked"]) this.addEventListener(type, () => (this.wasUsed = true));
     this.addEventListener("camera-change", ({ detail }) => (this.wasUsed ||= detail.source === "user"));
     this.addEventListener("emptied", () => (this.wasUsed = false));
+    this.addEventListener("loadeddata", () => this._beginMoves());
+    this.addEventListener("error", () => this._abandonMoves());
   }
 
   connectedCallback() {
@@ -203,6 +208,7 @@ export class FvvPlayer extends ViewpointElement {
     if (this.#loading || !this.#connected) return;
     this.#loading = true;
     if (this._stage?.empty === false) this._forgetCameras();
+    if (this.networkState !== FvvPlayer.NETWORK_EMPTY) this._abandonMoves();
     this.#lost = [];
     this.#unsupported = false;
     this.#media.reset();
@@ -231,6 +237,7 @@ export class FvvPlayer extends ViewpointElement {
       video: "pictures",
       audio: "samples",
       quality: this.rung,
+      worker: FvvPlayer._startWorker,
       ...FvvPlayer.decoderOptions,
       ...this.decoderOptions,
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
@@ -318,6 +325,31 @@ export class FvvPlayer extends ViewpointElement {
   }
   get keys() {
     return this.getAttribute("keyboard") !== "off";
+  }
+
+  /** Which controls are left out, as in <video>: "nodownload", "nofullscreen". */
+  get controlsList() {
+    return this.getAttribute("controlslist") ?? "";
+  }
+  set controlsList(names) {
+    this.setAttribute("controlslist", names);
+  }
+  /** Whether the source is a file: not live, nor segments, nor bytes of the page. */
+  get canDownload() {
+    const source = this._source;
+    if (source instanceof Blob) return true;
+    return typeof source === "string" && !this.live && !new URL(source).pathname.endsWith(".json");
+  }
+  /** Offers the source to the user as a download. */
+  download() {
+    if (!this.canDownload) throw new DOMException("the source is not a file", "InvalidStateError");
+    const source = this._source;
+    const isBlob = source instanceof Blob;
+    const href = isBlob ? URL.createObjectURL(source) : source;
+    const name = isBlob ? source.name : decodeURIComponent(new URL(source).pathname.split("/").at(-1));
+    // From another origin the browser decides by the type, and pages must not replace this one.
+    element("a", { href, download: name || "clip.fvv", target: "_blank", rel: "noopener" }).click();
+    if (isBlob) setTimeout(() => URL.revokeObjectURL(href), 60000);
   }
 
   get isFullscreen() {

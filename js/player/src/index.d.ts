@@ -1,4 +1,4 @@
-import { Camera, FvvError, Options, Rung, Source } from "@fvv/decoder";
+import { Camera, FvvError, Gap, Options, Rung, RungChange, Source } from "@fvv/decoder";
 import { Counters, Mode } from "./renderer/index.js";
 
 export { Renderer, cameraColour } from "./renderer/index.js";
@@ -56,6 +56,24 @@ export interface Journey {
 }
 
 export type DecoderOptions = Pick<Options, "limits" | "signal" | "videoFallback" | "audioFallback">;
+
+/** Events in addition to those of media elements. */
+export interface FvvPlayerEventMap extends Omit<HTMLElementEventMap, "error"> {
+  /** The reason is in the element's `error`. */
+  error: Event;
+  /** A new frame is on screen. */
+  framechange: Event;
+  /** The view has changed: by the user, or by the page's script. */
+  "camera-change": CustomEvent<{ source: "user" | "script" }>;
+  /** A property that controls show has changed. */
+  optionschange: Event;
+  /** Another rung of the ladder is played. */
+  rungchange: CustomEvent<RungChange>;
+  /** From the decoder. */
+  warning: CustomEvent<FvvError>;
+  gap: CustomEvent<Gap>;
+  corrupt: CustomEvent<FvvError>;
+}
 
 export class FvvPlayer extends HTMLElement {
   static readonly NETWORK_EMPTY: 0;
@@ -129,10 +147,11 @@ export class FvvPlayer extends HTMLElement {
   /** Their values for the current view. */
   getCameraAttributes(): { cameraOrbit: string; cameraTarget: string; fieldOfView: string };
   getPose(): Pose;
-  /** Omitted fields are kept. Resolves to false if the user interrupts the movement. */
+  /** Omitted fields are kept. Before the first frame it waits for that. Resolves to false if the user interrupts the movement,
+   * and if another source is set before there is a frame. */
   setPose(pose: Partial<Pose>, journey?: Journey): Promise<boolean>;
   resetView(journey?: Journey): Promise<boolean>;
-  /** Throws RangeError if the frame on screen has no such calibrated camera. */
+  /** As setPose. RangeError if the frame has no such calibrated camera: thrown, or before the first frame the rejection. */
   snapToCamera(id: number, journey?: Journey): Promise<boolean>;
   /** Identifier of the camera of the view. */
   readonly camera: number | null;
@@ -201,6 +220,12 @@ export class FvvPlayer extends HTMLElement {
   decoderOptions: DecoderOptions;
   /** The same of all players. */
   static decoderOptions: DecoderOptions;
+  /** Which controls are left out, as in `<video>`: "nodownload", "nofullscreen", or both with a space. */
+  controlsList: string;
+  /** Whether the source is a file: not live, nor segments, nor bytes of the page. */
+  readonly canDownload: boolean;
+  /** Offers the source to the user as a download. InvalidStateError if it is not a file. */
+  download(): void;
   readonly isFullscreen: boolean;
   toggleFullscreen(): void;
   readonly stats: Stats;
@@ -208,6 +233,27 @@ export class FvvPlayer extends HTMLElement {
   readonly isMoving: boolean;
   /** The canvas as RGBA, top row first. */
   readPixels(): { width: number; height: number; data: Uint8ClampedArray };
+
+  addEventListener<T extends keyof FvvPlayerEventMap>(
+    type: T,
+    listener: (this: FvvPlayer, event: FvvPlayerEventMap[T]) => unknown,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+  addEventListener(
+    type: string,
+    listener: EventListenerOrEventListenerObject,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+  removeEventListener<T extends keyof FvvPlayerEventMap>(
+    type: T,
+    listener: (this: FvvPlayer, event: FvvPlayerEventMap[T]) => unknown,
+    options?: boolean | EventListenerOptions,
+  ): void;
+  removeEventListener(
+    type: string,
+    listener: EventListenerOrEventListenerObject,
+    options?: boolean | EventListenerOptions,
+  ): void;
 }
 
 declare global {

@@ -127,7 +127,8 @@ export class Stage extends EventTarget {
   #begin(frame) {
     this.#empty = false;
     this.#bare = !frame.mesh;
-    this.#navigator.aspect = this.#canvas.clientWidth / Math.max(1, this.#canvas.clientHeight);
+    // Of an element that is not displayed both are 0.
+    this.#navigator.aspect = Math.max(1, this.#canvas.clientWidth) / Math.max(1, this.#canvas.clientHeight);
     this.#navigator.begin(frame);
     const { up } = this.#navigator.axes;
     const { centre, radius } = this.#navigator.extent;

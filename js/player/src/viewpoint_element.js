@@ -24,6 +24,7 @@ export class ViewpointElement extends MediaElement {
   _navigator = new Navigator(() => this._stage?.wake());
   _stage = null;
   #selected = null;
+  #waiting = []; // movements before the first frame: {move, resolve, reject}
   /** Drawing options, kept also while there is no stage. */
   #drawing = {
     visibleBy: "auto",
@@ -80,20 +81,41 @@ export class ViewpointElement extends MediaElement {
     const { eye, target, up, fov } = this._navigator.pose;
     return { eye: [...eye], target: [...target], up: [...up], fov };
   }
-  /** Omitted fields are kept. duration: seconds. Resolves to false if the user interrupts the movement. */
+  /** Calls move as soon as there is a frame. The promise resolves to false if the source fails or is replaced before. */
+  #withFrame(move) {
+    if (this._stage?.empty === false && this.readyState > 0) return move();
+    return new Promise((resolve, reject) => this.#waiting.push({ move, resolve, reject }));
+  }
+  _beginMoves() {
+    for (const { move, resolve, reject } of this.#waiting.splice(0))
+      try {
+        resolve(move());
+      } catch (error) {
+        reject(error);
+      }
+  }
+  _abandonMoves() {
+    for (const { resolve } of this.#waiting.splice(0)) resolve(false);
+  }
+  /**
+   * Omitted fields are kept. duration: seconds. Before the first frame it waits for that. Resolves to false if the user
+   * interrupts the movement.
+   */
   setPose(pose, { duration = 0 } = {}) {
-    const whole = { ...this.getPose(), ...pose };
-    if (!isPose(whole))
+    if (!isPose({ ...this.getPose(), ...pose }))
       throw new TypeError(
         "pose: expected {eye, target, up, fov}: three vectors of three numbers, and radians below pi",
       );
-    return this._navigator.goTo(whole, duration);
+    return this.#withFrame(() => this._navigator.goTo({ ...this.getPose(), ...pose }, duration));
   }
   resetView({ duration = 0 } = {}) {
     return this._navigator.goTo(this._firstPose, duration);
   }
-  /** Moves to the view of a camera of the stream. From a contact sheet it goes there at once. */
+  /** Moves to the view of a camera of the stream, as setPose does. From a contact sheet it goes there at once. */
   snapToCamera(id, { duration = 0 } = {}) {
+    return this.#withFrame(() => this.#snapToCamera(id, duration));
+  }
+  #snapToCamera(id, duration) {
     const camera = this.cameras.find((one) => one.id === id && one.calibrated);
     if (!camera) throw new RangeError(`no calibrated camera ${id} in this frame`);
     this.wasUsed = true;

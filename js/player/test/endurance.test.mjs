@@ -19,7 +19,7 @@ function assertSteady({ browser }, found, frames, seeks) {
   assert.equal(found.wrongCount, 0);
   assert.ok(found.frames >= frames, `${found.frames} frames were drawn`);
   assert.ok(found.arrivals >= seeks, `${found.arrivals} seeks finished`);
-  assert.ok(found.rates > seeks / 2, `the rate changed ${found.rates} times`);
+  assert.equal(found.rates, seeks, "changes of rate");
   // At least 2, else the counter does not work.
   assert.ok(found.mostOpen >= 2 && found.mostOpen <= MOST_OPEN, `${found.mostOpen} pictures were open at a time`);
   assert.equal(found.wasmGrowthMiB, 0);

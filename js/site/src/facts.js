@@ -73,6 +73,18 @@ export function factsOf(clip) {
   return facts;
 }
 
+/** The same of a file, as far as the player knows. size: bytes, or null. */
+export function factsOfFile({ cameras, frameCount, duration }, size) {
+  const facts = [];
+  if (cameras.length) facts.push([count(cameras.length), plural(cameras.length, "camera"), "of the frame on screen"]);
+  const timed = Number.isFinite(duration) && duration > 0;
+  if (frameCount)
+    facts.push([count(frameCount), plural(frameCount, "frame"), timed ? `${seconds(duration)} in total` : "in total"]);
+  if (size !== null) facts.push([bytes(size), "in total", "one file, all of it protected by checksums"]);
+  if (size !== null && timed) facts.push([bitrate((8 * size) / duration), "on average", "the bandwidth of playback"]);
+  return facts;
+}
+
 function meshWords({ profiles }) {
   return profiles.map(profileName).join(" and ");
 }

@@ -2,19 +2,18 @@
 // FVV_PICTURES=FOLDER keeps screenshots.
 
 import assert from "node:assert/strict";
-import { mkdirSync, readdirSync, readFileSync } from "node:fs";
-import { createRequire } from "node:module";
+import { cpSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 
 import { PNG } from "pngjs";
 
+import { violationsOf } from "../../testing/axe.mjs";
 import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
 import { serveFolder, tool } from "../../testing/served.mjs";
 import { buildSite } from "../build.mjs";
 
 const pictures = process.env.FVV_PICTURES;
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const [WIDE, NARROW] = [
   [1440, 900],
   [390, 844],
@@ -62,11 +61,6 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
       await new Promise((later) => setTimeout(later, 100));
     }
   }
-  async function faults(page) {
-    await page.evaluate(axe);
-    const { violations } = await page.evaluate(() => window.axe.run());
-    return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target).join(" ")}`);
-  }
 
   before(async () => {
     served = await serveFolder();
@@ -104,7 +98,7 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
       const [wide, room] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
       assert.ok(wide <= room, `${wide} pixels in ${room}`);
       // A page of five lines cannot meet all rules.
-      if (name !== "five") assert.deepEqual(await faults(page), []);
+      if (name !== "five") assert.deepEqual(await violationsOf(page), []);
       await page.close();
       assert.deepEqual(browser.troubles.splice(0), []);
     });
@@ -200,6 +194,94 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     assert.equal(lines.split("\n").length, 5);
     assert.equal(`${lines}\n`, readFileSync(join(served.folder, "five-lines.html"), "utf8"));
     await page.close();
+  });
+
+  test("the sample of a script runs as it is printed", async () => {
+    const page = await open("embed.html", WIDE, "light");
+    const text = await page.$eval('pre[aria-label="JavaScript"]', ({ textContent }) => textContent);
+    await page.evaluate(`(async () => { ${text} })()`);
+    const { camera, fov, rate, time } = await page.evaluate(() => {
+      const player = document.querySelector("fvv-player");
+      return { camera: player.camera, fov: player.getPose().fov, rate: player.playbackRate, time: player.currentTime };
+    });
+    // The angle of view has changed since: it is no longer the camera's view.
+    assert.deepEqual([camera, rate], [null, 0.25]);
+    assert.ok(Math.abs(fov - 0.6) < 1e-6 && time > 0, `${fov} ${time}`);
+    await page.close();
+    assert.deepEqual(browser.troubles.splice(0), []);
+  });
+
+  for (const way of ["chosen", "dropped"])
+    test(`a file that is ${way} plays, and is not uploaded`, async () => {
+      const page = await open("", ...(way === "chosen" ? [[720, 600], "light"] : [NARROW, "dark"]));
+      await seen(page);
+      const sent = [];
+      page.on("request", (request) => sent.push(`${request.method()} ${request.url()}`));
+      cpSync(join(served.folder, "still.fvv"), join(served.folder, "my own & only.fvv"));
+      if (way === "chosen") await (await page.$("#file")).uploadFile(join(served.folder, "my own & only.fvv"));
+      else {
+        const content = readFileSync(join(served.folder, "still.fvv")).toString("base64");
+        const veiled = await page.evaluate(async (base64) => {
+          const dataTransfer = new DataTransfer();
+          const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+          dataTransfer.items.add(new File([bytes], "my own & only.fvv"));
+          const fire = (type) =>
+            document.body.dispatchEvent(new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true }));
+          fire("dragenter");
+          fire("dragover");
+          const shown = !document.getElementById("drop").hidden;
+          const taken = !fire("drop");
+          return { shown, taken, hidden: document.getElementById("drop").hidden };
+        }, content);
+        assert.deepEqual(veiled, { shown: true, taken: true, hidden: true });
+      }
+      await page.waitForFunction(() => /1 framein total|1 frame\d/.test(document.querySelector("#facts").textContent));
+      assert.ok((await seen(page)) > 500);
+      const about = await page.$eval("#about", ({ textContent }) => textContent);
+      assert.match(about, /^my own & only\.fvv\. .*nothing is uploaded/);
+      assert.deepEqual(await page.$$eval("[data-known]", (all) => all.map(({ hidden }) => hidden)), [true, true]);
+      assert.deepEqual(
+        sent.filter((request) => !request.includes(" blob:") && !/\.js$/.test(request)),
+        [],
+      );
+      await page.click(".source summary");
+      assert.match(
+        await page.$eval("#source", ({ textContent }) => textContent),
+        /src="my own &amp; only\.fvv" controls/,
+      );
+      await keep(page, `local-${way}`);
+      assert.deepEqual(await violationsOf(page), []);
+      const [wide, room] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+      assert.ok(wide <= room, `${wide} pixels in ${room}`);
+      await page.click('#chooser label:has([value="players"])');
+      await page.waitForFunction(() => document.querySelector("#facts").textContent.includes("6 frames"));
+      assert.deepEqual(await page.$$eval("[data-known]", (all) => all.map(({ hidden }) => hidden)), [false, false]);
+      await page.close();
+      assert.deepEqual(browser.troubles.splice(0), []);
+    });
+
+  test("the file of fvvserve --open plays", async () => {
+    mkdirSync(join(served.folder, "open"));
+    cpSync(join(served.folder, "still.fvv"), join(served.folder, "open/clip.fvv"));
+    const page = await open("?open=my%20clip.fvv", NARROW, "light");
+    assert.ok((await seen(page)) > 500);
+    assert.match(await page.$eval("#about", ({ textContent }) => textContent), /^my clip\.fvv\. .*fvvserve --open/);
+    assert.ok((await page.$eval("#facts", ({ textContent }) => textContent)).includes("1 frame"));
+    await page.close();
+    assert.deepEqual(browser.troubles.splice(0), []);
+  });
+
+  test("the source of the clip on screen is a page that plays it", async () => {
+    const page = await open("", NARROW, "light");
+    await seen(page);
+    const source = await page.$eval("#source", ({ textContent }) => textContent);
+    assert.equal(source.split("\n").length, 2);
+    writeFileSync(join(served.folder, "pasted.html"), `<!doctype html><html lang="en"><title>Pasted</title>${source}`);
+    await page.goto(`${served.url}pasted.html`);
+    assert.ok((await seen(page)) > 500);
+    assert.equal(page.workers().length, 1);
+    await page.close();
+    assert.deepEqual(browser.troubles.splice(0), []);
   });
 
   test("no requests to other hosts", () => {

@@ -9,6 +9,7 @@
 //                              stream begins anywhere up to front), and whether the response is complete
 //   holds(from, end)           whether bytes need no network; without this method no bytes need it
 //   kept(offset, out)          copies bytes of a cache to out, or returns false
+//   type                       Content-Type of a response, or null
 //   divide(offsets)            sets where groups begin; forget(offset): a byte there is damaged; close()
 //   rungs, follow(choices, position), renew(), buffer   of a source that has each rung by itself: choices(seconds) returns what
 //                              Ahead asks; position(): as for Ahead; renew(): another quality is wanted
@@ -25,7 +26,7 @@
 
 import { FvvError } from "../errors.js";
 import { Live } from "./live.js";
-import { request } from "./request.js";
+import { failed, request } from "./request.js";
 import { Segments } from "./segments.js";
 
 const BLOCK = 1 << 20;
@@ -93,10 +94,6 @@ async function* bodyOf(response) {
   } finally {
     reader.cancel().catch(() => {});
   }
-}
-
-function failed(url, response) {
-  return new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
 }
 
 function noRange(url, why) {
@@ -178,14 +175,15 @@ class Ranges {
   #head; // Beginning; null: it is over
   #asked; // up to here
   #ignoresRange = false;
-  requests = 2;
   roundTrip = 0; // seconds, the least; 0: not known
 
   /** head: {response, abort}, the promise of a response to a request for the first FRONT bytes. */
-  constructor(url, init, size, etag, suffix, head, { warn, cache }) {
+  constructor(url, init, size, headers, suffix, head, { warn, cache, requests }) {
     this.#url = url;
     this.#init = init;
-    this.#etag = etag;
+    this.#etag = headers.get("etag");
+    this.type = headers.get("content-type");
+    this.requests = requests;
     this.#suffix = suffix;
     this.#warn = warn;
     this.#cache = cache;
@@ -376,6 +374,7 @@ class Download {
   constructor(response, abort, { cache, rewinds }) {
     const { headers } = response;
     const size = headers.get("content-encoding") ? 0 : Number(headers.get("content-length"));
+    this.type = headers.get("content-type");
     this.#abort = abort;
     this.#cache = cache;
     this.rewinds = rewinds && cache.limit > 0 && size <= cache.limit;
@@ -444,7 +443,7 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
   const head = { abort: new AbortController() };
   const whole = async () => {
     head.abort.abort();
-    const response = await fetch(url, { ...init, signal: abort.signal });
+    const response = await request(url, { ...init, signal: abort.signal });
     if (!response.ok) throw failed(url, response);
     return new Download(response, abort, { cache, rewinds: seekable });
   };
@@ -454,7 +453,7 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
   const suffixAsked = ask(`bytes=-${SUFFIX}`, abort);
   head.response = ask(`bytes=0-${FRONT - 1}`, head.abort);
   head.response.catch(() => {}); // if nothing is read of it
-  const response = await suffixAsked;
+  let response = await suffixAsked;
   if (response.status === 416) return whole();
   if (!response.ok) throw failed(url, response);
   const cannot = (why) => warn(noRange(url, why));
@@ -463,7 +462,17 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
     cannot(`the server responds ${response.status} to a request for a range`);
     return new Download(response, abort, { cache, rewinds: true });
   }
-  const range = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(response.headers.get("content-range") ?? "");
+  const rangeOf = ({ headers }) => /^bytes (\d+)-(\d+)\/(\d+)$/.exec(headers.get("content-range") ?? "");
+  let range = rangeOf(response);
+  // Hosts such as Vite's dev server take the last bytes for the first ones, and now the size is known.
+  const begin = range ? Number(range[3]) - SUFFIX : 0;
+  const misread = range && begin > 0 && Number(range[1]) === 0;
+  if (misread) {
+    response.body.cancel().catch(() => {});
+    response = await ask(`bytes=${begin}-${range[3] - 1}`, abort);
+    if (!response.ok) throw failed(url, response);
+    range = response.status === 206 ? rangeOf(response) : null;
+  }
   const encoding = response.headers.get("content-encoding");
   const suffix = new Uint8Array(await response.arrayBuffer());
   const [first, last, size] = range ? range.slice(1).map(Number) : [];
@@ -478,7 +487,7 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
     cannot(why);
     return whole();
   }
-  return new Ranges(url, init, size, response.headers.get("etag"), suffix, head, { warn, cache });
+  return new Ranges(url, init, size, response.headers, suffix, head, { warn, cache, requests: misread ? 3 : 2 });
 }
 
 /**

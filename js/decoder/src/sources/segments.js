@@ -3,7 +3,7 @@
 import { Ahead } from "./ahead.js";
 import { FILE_HEADER_SIZE, beginsWithFileHeader, chunkPayload, crc32c } from "../chunks.js";
 import { FvvError } from "../errors.js";
-import { request } from "./request.js";
+import { failed, request } from "./request.js";
 
 const invalid = (url, message) => new FvvError({ code: "invalid", message: `${url}: ${message}` });
 const isCount = (n) => Number.isSafeInteger(n) && n >= 0;
@@ -131,7 +131,7 @@ export class Segments {
   async #request(url, signal) {
     this.requests++;
     const response = await request(url, { ...this.#init, signal });
-    if (!response.ok) throw new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
+    if (!response.ok) throw failed(url, response);
     return response;
   }
   async #load(url, signal) {

@@ -155,6 +155,7 @@ export class Media extends DelayedEvents {
     }
     this.#plays.rejectAll("AbortError", "another source was set");
     Object.assign(this, INITIAL_STATE);
+    this.#startAt = null;
     this.#autoplaying = this.#initial = true;
     this.#reopened = this.#sawData = false;
   }
@@ -165,7 +166,8 @@ export class Media extends DelayedEvents {
     this.#initial = false;
     this.live = live;
     this.#source = source;
-    this.#startAt = at;
+    // A position that was set after reset stays.
+    if (at) this.#startAt = at;
     if (source === null || source === undefined) return;
     this.networkState = NETWORK.LOADING;
     this.announce("loadstart");

@@ -43,6 +43,7 @@ export class Playout {
   #seconds = null; // converts ticks
   #cached = []; // [start, end] in seconds
   #retried = false; // the first frame lacked pictures and was requested again
+  #damage = null; // the first
   #complete = false; // the frame on screen has all its pictures
   #begins = -Infinity; // position from which on a round of the loop is played
   live = false;
@@ -75,6 +76,7 @@ export class Playout {
       now,
     );
     // The length of some sources is known only at their end.
+    decoder.addEventListener("corrupt", ({ detail }) => (this.#damage ??= detail));
     decoder.addEventListener("groups", () => this.#seconds && this.#learnGroups());
   }
 
@@ -191,7 +193,7 @@ export class Playout {
     else if (!this.shown) {
       if (frame && this.#retries(frame, this.#retried)) this.#retried = true;
       else if (frame) this.#present();
-      else if (ended) this.#host.failed(new Error("the stream has no frames"));
+      else if (ended) this.#host.failed(this.#noFrames());
     } else {
       if (frame || ended) this.#unstall();
       // Playback may have begun with that, and have taken the frame.
@@ -199,6 +201,14 @@ export class Playout {
     }
     if (queue.ended && !queue.showing && !this.#wrapped) this.#host.drained();
     queue.fill();
+  }
+
+  #noFrames() {
+    const damage = this.#damage;
+    if (!damage) return new Error("the stream has no frames");
+    const { code, message } = damage;
+    const advice = code === "truncated" ? ": the file is incomplete" : "";
+    return Object.assign(new Error(`no frame can be shown: ${message}${advice}`, { cause: damage }), { code });
   }
 
   #unstall() {

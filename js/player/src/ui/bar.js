@@ -2,7 +2,7 @@
 
 import { MODES, SPEEDS } from "./commands.js";
 import { Previews } from "./previews.js";
-import { clockTime, element, iconButton, icons, rateText, select, setIcon, spokenTime } from "./widgets.js";
+import { clockTime, element, iconButton, icons, leavesOut, rateText, select, setIcon, spokenTime } from "./widgets.js";
 
 /** More groups than these are not marked, because their marks would merge. */
 const MAX_MARKS = 80;
@@ -233,6 +233,7 @@ export class Bar {
     ar.hidden = !immersiveModes.includes("ar");
     setLabel(vr, immersive === "vr" ? "Exit VR" : "Enter VR");
     setLabel(ar, immersive === "ar" ? "Leave the room" : "Show in the room");
+    fullscreen.hidden = leavesOut(player, "nofullscreen");
     setIcon(fullscreen, player.isFullscreen ? icons.leaveFullscreen : icons.fullscreen);
     setLabel(fullscreen, player.isFullscreen ? "Exit full screen" : "Full screen");
     this.#scrubber.update();

@@ -4,7 +4,7 @@ import { COMMANDS, MOVES } from "../navigation/keys.js";
 import { cameraColour } from "../renderer/surface.js";
 import { QUALITIES } from "../resolution.js";
 import { MODES, SPEEDS, sceneOf } from "./commands.js";
-import { bitrateText, element, iconButton, icons, megabytes, rateText, select, toggle } from "./widgets.js";
+import { bitrateText, element, iconButton, icons, megabytes, rateText, select, toggle, leavesOut } from "./widgets.js";
 
 /** Containers of panels: one panel is open at a time. Escape closes it, and the focus returns to where it was. */
 export class Panels {
@@ -202,6 +202,7 @@ export class SettingsPanel {
   #modes;
   #environmentRows;
   #copy;
+  #download;
 
   constructor(player, commands) {
     this.#player = player;
@@ -237,6 +238,7 @@ export class SettingsPanel {
     const i = this.#inputs;
     this.#modes = this.#makeModes();
     const action = (text, click) => element("button", { type: "button", class: "text", onclick: click }, text);
+    this.#download = action("Download", () => player.download());
     this.#copy = action("Copy link to this view", () => player.copyBookmark());
     this.#environmentRows = [i.environment.row, i.shadows.row];
     this.node = element(
@@ -265,6 +267,7 @@ export class SettingsPanel {
         { class: "actions" },
         action("Whole scene", commands.goHome),
         this.#copy,
+        this.#download,
         action("Keys", commands.toggleHelp),
       ),
     );
@@ -317,6 +320,7 @@ export class SettingsPanel {
     fly.input.checked = player.navigation === "fly";
     stats.input.checked = player.showsStats;
     this.#copy.hidden = !player.bookmarks;
+    this.#download.hidden = leavesOut(player, "nodownload") || !player.canDownload;
     for (const row of this.#environmentRows) row.hidden = !player.hasEnvironment;
   }
 }

@@ -58,6 +58,9 @@ export function select(label, choices, value, changed, properties = {}) {
   return input;
 }
 
+/** Whether the attribute controlslist leaves a control out. */
+export const leavesOut = ({ controlsList }, name) => controlsList.toLowerCase().split(/\s+/).includes(name);
+
 /** Paths of icons in a box of 24 by 24, drawn as lines. */
 export const icons = {
   play: "M8 5.6v12.8L18.5 12z",

@@ -3,6 +3,7 @@
 import { countOpenFrames, moment } from "./open_frames.js";
 
 const channel = new BroadcastChannel("video frames");
+channel.addEventListener("message", ({ data }) => data === "settle" && channel.postMessage("settled"));
 countOpenFrames((change) => channel.postMessage([moment(), change]));
 
 await import("../../../decoder/dist/worker.js");

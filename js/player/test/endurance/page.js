@@ -16,7 +16,16 @@ const MOST_WRONG = 5;
 
 const changes = [];
 countOpenFrames((change) => changes.push([moment(), change]));
-new BroadcastChannel("video frames").addEventListener("message", ({ data }) => changes.push(data));
+const channel = new BroadcastChannel("video frames");
+let settled = () => {};
+channel.addEventListener("message", ({ data }) => (data === "settled" ? settled() : changes.push(data)));
+/** Waits for the changes that the worker has reported and that are still on their way: they arrive in order. */
+const settle = () =>
+  new Promise((resolve, reject) => {
+    settled = resolve;
+    setTimeout(() => reject(new Error("the worker does not respond")), 10000);
+    channel.postMessage("settle");
+  });
 
 const realNow = performance.now.bind(performance);
 let time = 0;
@@ -52,6 +61,7 @@ class Viewer {
   checked = 0;
   wrong = [];
   wrongCount = 0;
+  warnings = [];
   arrivals = 0;
   failed = null;
   #sought = null;
@@ -70,6 +80,7 @@ class Viewer {
     player.style.cssText = `width: ${POSE.width}px; height: ${POSE.height}px; --fvv-background: rgb(${BACKGROUND})`;
     player.addEventListener("seeked", () => this.#arrive());
     player.addEventListener("framechange", () => this.#changes++);
+    player.addEventListener("warning", ({ detail }) => this.warnings.push(detail.message));
     player.addEventListener("error", () => (this.failed = new Error(player.error.message)));
     document.body.append(player);
     player.src = source;
@@ -122,6 +133,7 @@ class Viewer {
 
 let viewer = null;
 
+/** Returns the decoder's warnings. */
 window.begin = async (source) => {
   viewer = new Viewer(source);
   const { player } = viewer;
@@ -130,7 +142,7 @@ window.begin = async (source) => {
     await turn();
   }
   await player.play();
-  return { frameCount: player.frameCount };
+  return viewer.warnings;
 };
 
 /** Plays until a number of further frames was drawn. actions: number of seeks, and of changes of rate, during that. */
@@ -152,9 +164,10 @@ window.endure = async ({ frames, actions, seed }) => {
         viewer.refresh();
         seek();
       }
-      const rate = RATES[Math.floor(random() * RATES.length)];
-      if (rate !== player.playbackRate) wanted.rates++;
-      player.playbackRate = rate;
+      // Always another one, so that their number is not up to chance.
+      const others = RATES.filter((rate) => rate !== player.playbackRate);
+      player.playbackRate = others[Math.floor(random() * others.length)];
+      wanted.rates++;
     }
     viewer.refresh();
     // Sometimes time does not wait for decoding.
@@ -163,6 +176,7 @@ window.endure = async ({ frames, actions, seed }) => {
   }
   while (player.seeking) await viewer.wait();
   const { checked, wrong, wrongCount, arrivals } = viewer;
+  await settle();
   const open = mostOpen(changes);
   // The list of changes would grow.
   changes.splice(0, changes.length, [0, open.left]);

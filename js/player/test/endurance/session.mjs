@@ -8,6 +8,7 @@ import { serveFolder, tool } from "../../../testing/served.mjs";
 import { bundle } from "../../../three/bundle.mjs";
 import { writeBoard } from "./board.mjs";
 
+const ATTEMPTS = 3;
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 
 /** The size of a thread's JavaScript heap in bytes after garbage collection. */
@@ -41,12 +42,17 @@ export class Session {
     tool("fvvmux", folder, ...output, "--group", `${group}`, "--keep-geometry", "--quality", "36dB");
   }
 
+  /** On a busy machine the worker may take longer to start than the decoder waits: then in another page. */
   async play(name) {
-    await this.page?.close();
-    this.page = await this.browser.newPage(`${this.served.url}page/page.html`, 640, 480);
-    await this.page.waitForSelector("[data-ready]");
-    this.client = this.browser.name === "chromium" ? await this.page.createCDPSession() : null;
-    return this.page.evaluate((source) => window.begin(source), `/${name}.fvv`);
+    for (let attempt = 1; ; attempt++) {
+      await this.page?.close();
+      this.page = await this.browser.newPage(`${this.served.url}page/page.html`, 640, 480);
+      await this.page.waitForSelector("[data-ready]");
+      this.client = this.browser.name === "chromium" ? await this.page.createCDPSession() : null;
+      const warnings = await this.page.evaluate((source) => window.begin(source), `/${name}.fvv`);
+      if (!warnings.length) return;
+      if (attempt === ATTEMPTS) throw new Error(warnings.join("\n"));
+    }
   }
   endure(options) {
     return this.page.evaluate((wanted) => window.endure(wanted), options);
