@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
-NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound, python, hypothesis, distributed.
+NAME is a figure or the part before its dot: synth, mux, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
+import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound, npm, docs, site, python, hypothesis, distributed, hull,
+calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -24,6 +25,8 @@ import view_quality
 import whp235
 from cluster import dask_times
 from muxing import Muxing
+from pages import figures as page_figures
+from recordings import calibrate, chain, hull
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/default"
@@ -90,6 +93,12 @@ def house():
         len((ROOT / f).read_text().splitlines()) for f in listed if pathlib.Path(f).suffix in suffixes
     )
     return {"house.sources": len(lines), "house.median_lines": lines[len(lines) // 2]}
+
+
+def cli():
+    """Lines of --help, the most of any tool."""
+    names = [p.name for p in (BUILD / "tools").iterdir() if (p / p.name).is_file()]
+    return {"cli.help_lines": max(len(tool(name, "--help").splitlines()) for name in names)}
 
 
 def demux():
@@ -398,6 +407,7 @@ PARTS = {
     "mux": mux,
     "memory": memory,
     "house": house,
+    "cli": cli,
     "demux": demux,
     "draco": draco,
     "fast": fast,
@@ -417,16 +427,24 @@ PARTS = {
     "ladder": ladder,
     "player": played,
     "sound": player.sound,
+    "npm": browser_decoder.packages,
     "python": python_time,
     "hypothesis": hypothesis_examples,
     "distributed": cluster,
+    "hull": hull.hull,
+    "calibrate": calibrate.calibrate,
+    "chain": chain.chain,
+    "docs": page_figures.samples,
+    "site": lambda: page_figures.accessibility(stream()),
 }
 
 
 def part_of(name):
-    """The part that measures a figure: the text before its dot, except for figures of the table, clips, wasm and the network."""
+    """The part that measures a figure: the text before its dot, except for figures of the table, packages, clips, wasm and the network."""
     if name in (*codecs_table.FIGURES, codecs_table.TIME_FIGURE):
         return "codecs"
+    if name == "player.one_file_brotli_bytes":
+        return "npm"
     part = name.split(".")[0]
     return {
         "clip42": "clip",

@@ -126,6 +126,15 @@ def views(streams):
     return figures
 
 
+def packages():
+    """What publint and attw find in the packages of npm, and the player with its decoder as one file, compressed."""
+    if not shutil.which("npm") or not (DECODER / "dist/core.wasm.js").exists():
+        print("npm.* is left out: no npm, or js/decoder was not built (./run bench js)")
+        return {}
+    found = json.loads(run("node", ROOT / "js/packing/packages.mjs"))
+    return {"npm.problems": found["problems"], "player.one_file_brotli_bytes": found["oneFileBytes"]}
+
+
 if __name__ == "__main__":
     print_stages(sys.argv[1])
 

@@ -1,0 +1,129 @@
+"""Every sample of the documentation: fenced listings with a language, and what runs each."""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+FOLDERS = ("docs", "spec", "js", "bindings", "conformance", "packaging")
+# A record of what changed; its samples were right once.
+SKIPPED = {"CHANGELOG.md"}
+FENCE = re.compile(
+    r"^(?:<!-- (?P<mark>run[^\n]*?) -->\n)?(?P<indent>[ \t]*)```(?P<language>\w+)\n(?P<text>.*?)^[ \t]*```$",
+    re.S | re.M,
+)
+
+# How a sample is run, by (file, beginning of its text). What is not here is run by the runner of its language.
+EACH_LINE = "each line in a folder of its own"  # they are alternatives, or repeat an output
+OPTIONS = "options are parsed, because the films that it reads take minutes"
+COMPILED = "compiled, and its names are looked up"
+
+# What other tests run, or what cannot run here, with the reason.
+ELSEWHERE = "by "
+NOT = "not run: "
+HOW = {
+    ("README.md", "./run demo"): ELSEWHERE + "continuous integration itself",
+    ("README.md", "pip install .[capture]"): OPTIONS,
+    ("README.md", "cc -std=c99 consumer.c"): ELSEWHERE + "the test of the installation",
+    ("README.md", "c++ -std=c++17"): ELSEWHERE + "the test of the installation",
+    ("README.md", "pip install ./conformance"): ELSEWHERE + "the tests of the conformance runner",
+    ("docs/calibration.md", "fvvimport colmap sparse/0"): EACH_LINE,
+    ("docs/calibration.md", "fvvimport capture"): EACH_LINE,
+    ("docs/fuzzing.md", "./run fuzz"): ELSEWHERE + "continuous integration itself",
+    ("docs/fvvcapture-calibrate.md", "fvvcapture calibrate"): OPTIONS,
+    ("docs/fvvcapture-hull.md", "from fvv.capture"): COMPILED,
+    ("docs/fvvcapture.md", "pip install .[capture]"): OPTIONS,
+    ("docs/fvvcapture.md", "fvvcapture shoot/performance"): OPTIONS,
+    ("docs/fvvcapture.md", "fvvcapture videos"): OPTIONS,
+    ("docs/fvvcapture.md", "# COLMAP and OpenMVS"): ELSEWHERE + "python: capture ways_in",
+    ("docs/fvvcapture.md", "import numpy, fvv"): ELSEWHERE + "python: capture ways_in",
+    ("docs/fvvcapture.md", "fvvmux --meshes"): ELSEWHERE + "python: capture ways_in",
+    ("docs/abi.md", "python3 tests/install/abi.py"): ELSEWHERE + "install: binary interface",
+    ("docs/fvvmux-inputs.md", "fvvmux --meshes"): ELSEWHERE + "cli: inputs",
+    ("docs/fvvmux-inputs.md", "fvvmux project"): ELSEWHERE + "cli: inputs",
+    ("docs/fvvmux-inputs.md", "fvvmux scene"): ELSEWHERE + "cli: inputs",
+    ("docs/fvvserve.md", "fvvmux players -o players.fvv --segments"): EACH_LINE,
+    ("docs/fvvserve.md", "server {"): NOT + "a part of a configuration of nginx, which is not installed",
+    ("docs/fvvsynth.md", "fvvsynth --footage"): OPTIONS,
+    ("docs/hdr.md", "fvvsynth -o big"): NOT + "a measurement",
+    ("docs/matrix.md", "./run matrix"): NOT + "needs other compilers, and takes half an hour",
+    ("docs/guide/your-own-capture.md", "fvvcapture shoot"): OPTIONS,
+    ("bindings/python/README.md", "pip install ."): ELSEWHERE + "./run wheels",
+    ("bindings/python/README.md", "python -m fvv info"): ELSEWHERE + "python: command",
+    ("bindings/python/README.md", "clip = fvv.open"): ELSEWHERE + "python: notebook",
+    ("conformance/PROTOCOL.md", "pip install ./conformance"): ELSEWHERE
+    + "the tests of the conformance runner",
+    ("conformance/README.md", "python3 conformance/vectors.py"): ELSEWHERE + "the tests of the specification",
+    ("conformance/cases/README.md", "python3 conformance/generate.py"): ELSEWHERE + "cli: conformance_cases",
+    ("conformance/kaitai/README.md", "node conformance/kaitai"): ELSEWHERE
+    + "the test of the Kaitai description",
+    ("conformance/real/README.md", "build/venv/bin/python"): ELSEWHERE + "real: ..., where the data is",
+    ("conformance/reference/README.md", "cd conformance"): ELSEWHERE + "cli: reference",
+    ("conformance/render/README.md", "conformance/run render"): ELSEWHERE + "the tests of conformance/render",
+    ("packaging/README.md", "./run packages"): ELSEWHERE + "install: packages",
+    ("js/docs/README.md", "node build.mjs"): ELSEWHERE + "js: docs: build",
+    ("js/player/README.md", "npx esbuild"): ELSEWHERE + "js: docs: samples",
+    ("js/player/conformance/README.md", "node js/player"): ELSEWHERE + "./run bench player",
+    ("js/site/README.md", "node build.mjs"): ELSEWHERE + "js: site",
+    ("js/three/README.md", "(cd .. && npm install"): ELSEWHERE + "js: three",
+}
+# What runs all samples of a language, unless HOW says something else; test_samples.py has those without "by".
+LANGUAGES = {
+    "sh": "in a folder with a capture and a stream",
+    "jsx": ELSEWHERE + "js: packages",
+    "json": "parsed, and compared with its schema",
+    "js": ELSEWHERE + "js: docs: samples",
+    "html": ELSEWHERE + "js: docs: samples",
+}
+PYTHON_README = "bindings/python/README.md"
+
+
+@dataclasses.dataclass(frozen=True)
+class Sample:
+    file: str
+    line: int
+    language: str
+    mark: str  # of the comment before it, "" without one
+    text: str
+    how: str
+
+    @property
+    def is_run(self) -> bool:
+        return not self.how.startswith(NOT)
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
+
+
+def pages() -> list[pathlib.Path]:
+    found = sorted(ROOT.glob("*.md"))
+    for folder in FOLDERS:
+        found += sorted((ROOT / folder).rglob("*.md"))
+    return [p for p in found if p.name not in SKIPPED and not {"node_modules", "dist"} & set(p.parts)]
+
+
+def samples() -> tuple[list[Sample], set]:
+    """All samples, and the rows of HOW that none of them needs. A sample that nothing runs has how ""."""
+    found, unused = [], set(HOW)
+    for path in pages():
+        file = path.relative_to(ROOT).as_posix()
+        content = path.read_text()
+        for match in FENCE.finditer(content):
+            text, language = match["text"], match["language"]
+            row = next((r for r in HOW if r[0] == file and text.lstrip().startswith(r[1])), None)
+            unused.discard(row)
+            how = HOW[row] if row else LANGUAGES.get(language, "")
+            if not row and language in {"python", "py"} and file in {PYTHON_README, "README.md"}:
+                how = ELSEWHERE + "python: readme"
+            line = content.count("\n", 0, match.start("text"))
+            found.append(Sample(file, line, language, match["mark"] or "", text, how))
+    return found, unused
+
+
+if __name__ == "__main__":
+    everything, _ = samples()
+    for sample in everything:
+        print(f"{sample}: {sample.language}: {sample.how}")
+    print(sum(s.is_run for s in everything), "of", len(everything), "run")
