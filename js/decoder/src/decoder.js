@@ -46,6 +46,8 @@ function startWorker(given) {
       worker.removeEventListener("message", ready);
       resolve(worker);
     });
+    // A worker that the page started earlier has announced itself already; one that still loads may miss this question.
+    worker.postMessage({ id: 0, name: "ready" });
   });
 }
 

@@ -4,7 +4,9 @@ import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
 import { connect } from "./port.js";
 
+const READY = "ready";
 const { call } = connect(self, {
+  ready: async () => READY,
   open: (options) => engine.open(options),
   next: async () => {
     const item = await engine.next();
@@ -33,4 +35,4 @@ const engine = new Engine({
   fallback: () => call("fallback"),
 });
 
-self.postMessage({ id: 0, result: "ready" });
+self.postMessage({ id: 0, result: READY });

@@ -159,6 +159,24 @@ test("the worker ends if a stream cannot be opened", async () => {
   );
 });
 
+test("a worker that the page started earlier is used, though its announcement was missed", async () => {
+  globalThis.Worker = class extends EventTarget {
+    terminate() {}
+    postMessage({ id, name }) {
+      const result = name === "ready" ? name : { rungs: null };
+      queueMicrotask(() => this.dispatchEvent(Object.assign(new Event("message"), { data: { id, result } })));
+    }
+  };
+  try {
+    const worker = new Worker();
+    const decoder = await createDecoder({ source: new Uint8Array(24), worker });
+    assert.equal(decoder.inWorker, true);
+    decoder.close();
+  } finally {
+    delete globalThis.Worker;
+  }
+});
+
 test("an unknown chunk in the middle of a frame does not affect it", async () => {
   const { frames } = await survive(new Blob([withUnknown(new Uint8Array(readFileSync(clips.delta)))]).stream());
   assert.ok(frames.length >= 2, `${frames.length} frames`);
