@@ -19,6 +19,9 @@ const kinds = {
         "--use-gl=angle",
         "--use-angle=swiftshader",
         "--enable-unsafe-swiftshader",
+        // A busy machine draws so slowly that the watchdog ends the process that draws, and after a few times Chromium.
+        "--disable-gpu-watchdog",
+        "--disable-gpu-process-crash-limit",
         "--disable-background-networking",
         "--disable-component-update",
         "--disable-sync",
@@ -109,6 +112,12 @@ export async function openBrowser(name = "chromium", { sound = false } = {}) {
     throw error;
   }
   const troubles = [];
+  let closing = false;
+  let said = "";
+  browser.process()?.stderr?.on("data", (text) => (said = `${said}${text}`.slice(-4000)));
+  browser.on("disconnected", () => {
+    if (!closing) console.error(`${name} ended by itself:\n${said}`);
+  });
   const newPage = async (url, width = 960, height = 600) => {
     const page = await browser.newPage();
     page.on("console", (message) => {
@@ -126,6 +135,7 @@ export async function openBrowser(name = "chromium", { sound = false } = {}) {
     return page;
   };
   const close = async () => {
+    closing = true;
     await browser.close();
     screen?.close();
     device?.close();
