@@ -115,6 +115,8 @@ public:
   void write(const std::string &relative, std::string_view bytes);
   // A later run of this tool will add that file, which then counts as written by this one.
   void expect(const std::string &relative);
+  // Where a file that was written is until commit(), to read it back.
+  std::string path(const std::string &relative) const { return temporary + "/" + relative; }
   // The name of a file for messages.
   std::string shown(const std::string &relative) const;
 

@@ -5,6 +5,7 @@
 #include "fvv_demux/meshes.h"
 #include "fvv_demux/sounds.h"
 #include "fvv_demux/views.h"
+#include "fvvdemux/animations.h"
 #include "fvvdemux/films.h"
 #include "fvvdemux/group.h"
 
@@ -102,8 +103,9 @@ scene::Capture describe_scene(const fvv_configuration &configuration, const Opti
   out.up = configuration.scene.up_axis;
   const fvv_scene &scene = configuration.scene;
   out.lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
-  if (options.meshes != Meshes::none && options.meshes != Meshes::glb &&
-      mesh_track_of(configuration, options.rung, nullptr))
+  const bool described =
+      options.meshes == Meshes::ply || options.meshes == Meshes::obj || options.meshes == Meshes::drc;
+  if (described && mesh_track_of(configuration, options.rung, nullptr))
     out.meshes = pattern(options.meshes == Meshes::ply   ? "meshes/%04d.ply"
                          : options.meshes == Meshes::obj ? "meshes/%04d.obj"
                                                          : "meshes/%04d.drc");
@@ -348,11 +350,7 @@ public:
   }
 
   void unpack(cli::OutputFolder &folder) {
-    const FileName name = [&](const std::string &sub, int64_t number, const char *extension) {
-      std::string what;
-      const std::string pattern = sub + "/%04d." + extension;
-      return scene::Pattern::parse(pattern, &what).value().file(numbers.of(number));
-    };
+    const FileName name = file_name();
     Streams streams(file);
     std::vector<GroupResult> results(plan.groups.size());
     cli::Progress progress(file.path(), plan.groups.size(), "groups");
@@ -373,6 +371,14 @@ public:
       for (const auto &[camera, count] : results[i].pictures)
         (camera == no_camera ? result.atlases : result.pictures[camera]) += count;
     }
+  }
+
+  void write_animations(cli::OutputFolder &folder) {
+    if (options.meshes == Meshes::gltf)
+      result.mesh_files =
+          fvv::demux::write_animations(stream.get(), plan, frames, options, file_name(), folder, result);
+    else
+      for (const WrittenFrame &frame : frames) result.mesh_files += frame.mesh;
   }
 
   void write_films(cli::OutputFolder &folder) {
@@ -428,6 +434,12 @@ public:
   }
 
 private:
+  FileName file_name() const {
+    return [this](const std::string &sub, int64_t number, const char *extension) {
+      return pattern(sub + "/%04d." + extension).file(numbers.of(number));
+    };
+  }
+
   // What the index shows as whole and is not, such as a configuration block that a repetition replaces.
   void note_damage(const fvv_stream *one) {
     const fvv_file *opened = fvv_stream_file(one);
@@ -585,9 +597,17 @@ private:
 void demux(const std::string &input, const std::string &folder_name, const Options &options, Result &result) {
   if (options.meshes == Meshes::none && options.pictures == Pictures::none && !options.mp4)
     throw Error("--meshes none and --pictures none leave nothing to write", Error::usage);
+  const bool is_glb = options.meshes == Meshes::glb || options.meshes == Meshes::gltf;
+  if (options.compression != scene::Compression::none && !is_glb)
+    throw Error("--compress: expected --meshes glb or gltf: other files are not glTF", Error::usage);
+  if (options.compression == scene::Compression::draco && options.meshes == Meshes::gltf)
+    throw Error("--compress draco: Draco cannot compress the animation of --meshes gltf; pass --compress "
+                "meshopt, or --meshes glb for a file of each frame",
+                Error::usage);
   Run run(input, options, result);
   cli::OutputFolder folder(folder_name, options.force, cli::inputs({input}));
   run.unpack(folder);
+  run.write_animations(folder);
   run.write_films(folder);
   run.tell();
   run.check_written();

@@ -3,6 +3,7 @@
 
 #include "fvv_demux/selection.h"
 #include "fvv_media/video.h"
+#include "fvv_scene/mesh_run.h"
 
 #include <cstdint>
 #include <map>
@@ -11,8 +12,9 @@
 
 namespace fvv::demux {
 
-// glb: of its own for other programs, +y up, and no part of capture.json.
-enum class Meshes { none, ply, obj, drc, glb };
+// glb, gltf: for other programs, +y up, and no part of capture.json. glb is a file of each frame, gltf one of
+// the frames that share their faces, animated.
+enum class Meshes { none, ply, obj, drc, glb, gltf };
 // automatic: exr for video in OpenEXR, else png.
 enum class Pictures { none, png, jpg, exr, automatic };
 
@@ -21,6 +23,7 @@ struct Options {
   Selection cameras; // identifiers
   size_t rung = 0;   // of a ladder of quality (fvv_cxx/rung.h)
   Meshes meshes = Meshes::ply;
+  scene::Compression compression = scene::Compression::none; // of glb and gltf
   Pictures pictures = Pictures::automatic;
   int quality = 95;     // of jpg
   uint32_t threads = 1; // groups at a time; the files are the same for any number
@@ -35,6 +38,7 @@ struct Result {
   int64_t frames_in_stream = 0;
   int64_t frames_written = 0;
   uint64_t meshes = 0;
+  uint64_t mesh_files = 0;               // of meshes: fewer with Meshes::gltf
   std::map<uint16_t, uint64_t> pictures; // by camera
   uint64_t atlases = 0;                  // pictures of the atlas
   bool capture = false;                  // capture.json was written

@@ -176,21 +176,25 @@ private:
              const std::vector<std::optional<Picture>> &pictures) const {
     const geometry::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
     const std::string file = name("meshes", number, extension_of(options.meshes));
-    const geometry::Mesh mesh = in_metres(coded, lattice);
     const auto [track, atlas] = atlas_of(pictures);
+    if (options.meshes == Meshes::gltf) return; // once all frames are known
     if (options.meshes == Meshes::glb) {
       std::string texture;
       // glTF knows PNG and JPEG alone.
-      if (atlas && !mesh.texture.empty() && !std::holds_alternative<media::LinearImage>(*pictures[track]))
+      if (atlas && coded.texture && !std::holds_alternative<media::LinearImage>(*pictures[track]))
         texture = std::visit(
             [&, view = atlas](const auto &picture) {
               const std::vector<uint8_t> bytes = file_of(picture_of(*view, picture));
               return std::string(bytes.begin(), bytes.end());
             },
             *pictures[track]);
-      folder.write(file, format_glb(mesh, lattice, scene.up_axis, texture, folder.shown(file)));
+      scene::MeshRun run;
+      append_frame(coded, 0, "", run);
+      folder.write(file, format_glb(std::move(run), lattice, scene.up_axis, texture, options.compression,
+                                    folder.shown(file)));
       return;
     }
+    const geometry::Mesh mesh = in_metres(coded, lattice);
     std::string bytes = scene::format_mesh(mesh, lattice, folder.shown(file));
     if (options.meshes == Meshes::obj && atlas && !mesh.texture.empty()) {
       const std::string material = name("meshes", number, "mtl");

@@ -22,6 +22,7 @@ std::string summary(const std::string &file, const demux::Result &result) {
       {"file", file},
       {"frames", {{"in_stream", result.frames_in_stream}, {"written", result.frames_written}}},
       {"meshes", result.meshes},
+      {"mesh_files", result.mesh_files},
       {"pictures", pictures},
       {"atlas", result.atlases},
       {"capture", result.capture},
@@ -48,11 +49,11 @@ int main(int argc, char **argv) {
   options.threads = std::max(1u, std::thread::hardware_concurrency());
   options.memory = {cli::max_memory_default, cli::max_memory_option};
   bool as_json = false;
-  const std::map<std::string, demux::Meshes> meshes = {{"ply", demux::Meshes::ply},
-                                                       {"obj", demux::Meshes::obj},
-                                                       {"drc", demux::Meshes::drc},
-                                                       {"glb", demux::Meshes::glb},
-                                                       {"none", demux::Meshes::none}};
+  const std::map<std::string, demux::Meshes> meshes = {
+      {"ply", demux::Meshes::ply}, {"obj", demux::Meshes::obj},   {"drc", demux::Meshes::drc},
+      {"glb", demux::Meshes::glb}, {"gltf", demux::Meshes::gltf}, {"none", demux::Meshes::none}};
+  const std::map<std::string, scene::Compression> compressions = {{"draco", scene::Compression::draco},
+                                                                  {"meshopt", scene::Compression::meshopt}};
   const std::map<std::string, demux::Pictures> pictures = {{"png", demux::Pictures::png},
                                                            {"jpg", demux::Pictures::jpg},
                                                            {"exr", demux::Pictures::exr},
@@ -65,10 +66,15 @@ int main(int argc, char **argv) {
                  "of a stream with several qualities: 0 is the best, a number beyond the last means the last")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
-  app.add_option("--meshes", options.meshes,
-                 "ply (default), obj, drc, glb (glTF 2.0 with its texture, +y up) or none")
+  app.add_option(
+         "--meshes,--format", options.meshes,
+         "ply (default), obj, drc; glb (glTF 2.0, +y up, with its texture); gltf (animated: one glb of "
+         "frames that share their faces); none")
       ->transform(CLI::CheckedTransformer(meshes).description(""))
-      ->type_name("ply|obj|drc|glb|none");
+      ->type_name("ply|obj|drc|glb|gltf|none");
+  app.add_option("--compress", options.compression, "of glb: draco or meshopt; of gltf: meshopt; lossless")
+      ->transform(CLI::CheckedTransformer(compressions).description(""))
+      ->type_name("draco|meshopt");
   app.add_option("--pictures", options.pictures,
                  "png (of 16 bits where the video has more than 8), jpg, exr (half floats, linear light) or "
                  "none. Default: exr for video in OpenEXR, else png")
@@ -97,7 +103,7 @@ int main(int argc, char **argv) {
                 {
                     "fvvdemux players.fvv -o players",
                     "fvvdemux players.fvv -o frame25 --frames 25 --meshes obj",
-                    "fvvdemux players.fvv -o models --meshes glb --pictures none",
+                    "fvvdemux players.fvv -o animated --format gltf --compress meshopt",
                 });
   try {
     app.parse(argc, argv);

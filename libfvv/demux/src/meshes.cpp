@@ -33,9 +33,9 @@ geometry::Mesh in_metres(const fvv_mesh &mesh, const geometry::Lattice &lattice)
 namespace {
 
 // Turns a vector so that the axis that was up is +y.
-void turn_up(uint8_t up, double *v) {
-  const double x = v[0], y = v[1], z = v[2];
-  const auto set = [v](double a, double b, double c) {
+template <class Number> void turn_up(uint8_t up, Number *v) {
+  const Number x = v[0], y = v[1], z = v[2];
+  const auto set = [v](Number a, Number b, Number c) {
     v[0] = a;
     v[1] = b;
     v[2] = c;
@@ -49,25 +49,43 @@ void turn_up(uint8_t up, double *v) {
 
 } // namespace
 
-std::string format_glb(geometry::Mesh mesh, const geometry::Lattice &lattice, uint8_t up,
-                       const std::string &texture, const std::string &name) {
+bool is_of_run(const fvv_mesh &mesh, const scene::MeshRun &run) {
+  const size_t texture = mesh.texture ? size_t(mesh.vertex_count) * 2 : 0;
+  const scene::MeshRun::Frame &first = run.frames.at(0);
+  return mesh.vertex_count == run.vertex_count() && size_t(mesh.face_count) * 3 == run.faces.size() &&
+         texture == run.texture.size() && unsigned(mesh.texture_bits) == run.texture_bits &&
+         !mesh.normals == first.normals.empty() &&
+         std::equal(run.faces.begin(), run.faces.end(), mesh.faces) &&
+         std::equal(run.texture.begin(), run.texture.end(), mesh.texture);
+}
+
+void append_frame(const fvv_mesh &mesh, double time, const std::string &name, scene::MeshRun &run) {
+  const size_t count = size_t(mesh.vertex_count) * 3;
+  if (run.frames.empty()) {
+    run.faces.assign(mesh.faces, mesh.faces + size_t(mesh.face_count) * 3);
+    if (mesh.texture) run.texture.assign(mesh.texture, mesh.texture + size_t(mesh.vertex_count) * 2);
+    run.texture_bits = mesh.texture_bits;
+  }
+  scene::MeshRun::Frame frame;
+  frame.positions.assign(mesh.positions, mesh.positions + count);
+  if (mesh.normals) {
+    frame.normals.resize(count);
+    fvv_normals_to_floats(mesh.normal_bits, mesh.normals, mesh.vertex_count, frame.normals.data());
+  }
+  frame.time = time;
+  frame.name = name;
+  run.frames.push_back(std::move(frame));
+}
+
+std::string format_glb(scene::MeshRun run, const geometry::Lattice &lattice, uint8_t up,
+                       const std::string &picture, scene::Compression compression, const std::string &name) {
   geometry::Lattice turned = lattice;
   turn_up(up, turned.origin);
-  for (size_t i = 0; i < mesh.positions.size(); i += 3) turn_up(up, &mesh.positions[i]);
-  for (size_t i = 0; i < mesh.normals.size(); i += 3) turn_up(up, &mesh.normals[i]);
-  scene::Environment frame;
-  frame.parts.emplace_back();
-  scene::EnvironmentPart &part = frame.parts[0];
-  if (texture.empty()) {
-    mesh.texture.clear(); // of no use without the picture
-    for (double &channel : part.colour) channel = 0.5;
-  } else {
-    frame.pictures.push_back(texture);
-    part.picture = 0;
-    part.unlit = part.clamped = true;
+  for (scene::MeshRun::Frame &frame : run.frames) {
+    for (size_t i = 0; i < frame.positions.size(); i += 3) turn_up(up, &frame.positions[i]);
+    for (size_t i = 0; i < frame.normals.size(); i += 3) turn_up(up, &frame.normals[i]);
   }
-  part.mesh = std::move(mesh);
-  return scene::format_environment(frame, turned, name);
+  return scene::format_run(run, turned, picture, compression, name);
 }
 
 namespace {

@@ -207,53 +207,95 @@ float narrowed(double coordinate, size_t index, const Lattice &lattice, const st
               " as float32 falls onto another lattice point (step " + step + "): write PLY or OBJ");
 }
 
-std::string encode(const Mesh &mesh, const Lattice &lattice, const std::string &name) {
-  draco::Mesh source;
-  draco::GeometryAttribute description;
-  description.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false,
-                   3 * sizeof(float), 0);
-  source.set_num_points(static_cast<uint32_t>(mesh.vertex_count()));
-  const int positions = source.AddAttribute(description, true, static_cast<uint32_t>(mesh.vertex_count()));
-  for (uint32_t i = 0; i < mesh.vertex_count(); i++) {
-    float value[3];
-    for (size_t axis = 0; axis < 3; axis++) {
-      const size_t index = i * size_t(3) + axis;
-      value[axis] = narrowed(mesh.positions[index], index, lattice, name);
+// Attributes 0, 1, ...: positions, texture coordinates, normals, of which the mesh has some. v_up: as OBJ and
+// Draco files count v, not as glTF does.
+void to_draco(const Mesh &mesh, const Lattice &lattice, bool v_up, const std::string &name,
+              draco::Mesh &out) {
+  const auto vertices = static_cast<uint32_t>(mesh.vertex_count());
+  out.set_num_points(vertices);
+  const auto add = [&](draco::GeometryAttribute::Type type, size_t components, const auto &value_of) {
+    draco::GeometryAttribute description;
+    description.Init(type, nullptr, static_cast<uint8_t>(components), draco::DT_FLOAT32, false,
+                     static_cast<int64_t>(components * sizeof(float)), 0);
+    const int id = out.AddAttribute(description, true, vertices);
+    for (uint32_t i = 0; i < vertices; i++) {
+      float value[3];
+      for (size_t k = 0; k < components; k++) value[k] = value_of(i * components + k);
+      out.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i), value);
     }
-    source.attribute(positions)->SetAttributeValue(draco::AttributeValueIndex(i), value);
-  }
-  if (!mesh.texture.empty()) {
-    description.Init(draco::GeometryAttribute::TEX_COORD, nullptr, 2, draco::DT_FLOAT32, false,
-                     2 * sizeof(float), 0);
-    const int pairs = source.AddAttribute(description, true, static_cast<uint32_t>(mesh.vertex_count()));
-    for (uint32_t i = 0; i < mesh.vertex_count(); i++) {
-      const double *uv = &mesh.texture[i * size_t(2)];
-      const float pair[2] = {static_cast<float>(uv[0]), static_cast<float>(1 - uv[1])};
-      source.attribute(pairs)->SetAttributeValue(draco::AttributeValueIndex(i), pair);
-    }
-  }
-  if (!mesh.normals.empty()) {
-    description.Init(draco::GeometryAttribute::NORMAL, nullptr, 3, draco::DT_FLOAT32, false,
-                     3 * sizeof(float), 0);
-    const int normals = source.AddAttribute(description, true, static_cast<uint32_t>(mesh.vertex_count()));
-    for (uint32_t i = 0; i < mesh.vertex_count(); i++) {
-      const double *xyz = &mesh.normals[i * size_t(3)];
-      const float normal[3] = {float(xyz[0]), float(xyz[1]), float(xyz[2])};
-      source.attribute(normals)->SetAttributeValue(draco::AttributeValueIndex(i), normal);
-    }
-  }
-  source.SetNumFaces(mesh.face_count());
+  };
+  add(draco::GeometryAttribute::POSITION, 3,
+      [&](size_t i) { return narrowed(mesh.positions[i], i, lattice, name); });
+  if (!mesh.texture.empty())
+    add(draco::GeometryAttribute::TEX_COORD, 2,
+        [&](size_t i) { return float(v_up && i % 2 ? 1 - mesh.texture[i] : mesh.texture[i]); });
+  if (!mesh.normals.empty())
+    add(draco::GeometryAttribute::NORMAL, 3, [&](size_t i) { return float(mesh.normals[i]); });
+  out.SetNumFaces(mesh.face_count());
   for (size_t i = 0; i < mesh.faces.size(); i += 3)
-    source.SetFace(draco::FaceIndex(static_cast<uint32_t>(i / 3)),
-                   {{draco::PointIndex(mesh.faces[i]), draco::PointIndex(mesh.faces[i + 1]),
-                     draco::PointIndex(mesh.faces[i + 2])}});
-  draco::ExpertEncoder encoder(source);
-  encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
-  encoder.options().SetGlobalBool("compress_connectivity", true);
+    out.SetFace(draco::FaceIndex(static_cast<uint32_t>(i / 3)),
+                {{draco::PointIndex(mesh.faces[i]), draco::PointIndex(mesh.faces[i + 1]),
+                  draco::PointIndex(mesh.faces[i + 2])}});
+}
+
+std::string encoded(draco::ExpertEncoder &encoder, const std::string &name) {
   draco::EncoderBuffer buffer;
   const draco::Status status = encoder.EncodeToBuffer(&buffer);
   if (!status.ok()) throw Error(name + ": Draco cannot encode the mesh: " + status.error_msg_string());
   return std::string(buffer.data(), buffer.size());
+}
+
+std::string encode(const Mesh &mesh, const Lattice &lattice, const std::string &name) {
+  draco::Mesh source;
+  to_draco(mesh, lattice, true, name, source);
+  draco::ExpertEncoder encoder(source);
+  encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
+  encoder.options().SetGlobalBool("compress_connectivity", true);
+  return encoded(encoder, name);
+}
+
+// Beyond, dequantising in float32 could err by half a step.
+constexpr int max_quantisation_bits = 22;
+
+// Draco's grid of positions is that of the lattice, so that quantising changes none.
+void quantise_positions(draco::ExpertEncoder &encoder, const Mesh &mesh, const Lattice &lattice,
+                        const std::string &name) {
+  double low[3], high[3];
+  for (size_t k = 0; k < 3; k++) low[k] = high[k] = mesh.positions[k];
+  for (size_t i = 0; i < mesh.positions.size(); i++) {
+    low[i % 3] = std::min(low[i % 3], mesh.positions[i]);
+    high[i % 3] = std::max(high[i % 3], mesh.positions[i]);
+  }
+  double steps = 1;
+  for (size_t k = 0; k < 3; k++) steps = std::max(steps, std::round((high[k] - low[k]) / lattice.step));
+  int bits = 1;
+  while (std::ldexp(1, bits) - 1 < steps) bits++;
+  if (bits > max_quantisation_bits) {
+    std::string step;
+    append_double(step, lattice.step);
+    throw Error(name + ": the mesh is 2^" + std::to_string(max_quantisation_bits) +
+                " steps of its lattice long or more (step " + step + "), which Draco cannot hold exactly");
+  }
+  const float origin[3] = {float(low[0]), float(low[1]), float(low[2])};
+  encoder.SetAttributeExplicitQuantization(0, bits, 3, origin,
+                                           float(lattice.step * (std::ldexp(1, bits) - 1)));
+}
+
+std::string encode_points(const Mesh &mesh, const Lattice &lattice, unsigned texture_bits,
+                          const std::string &name) {
+  draco::Mesh source;
+  to_draco(mesh, lattice, false, name, source);
+  draco::ExpertEncoder encoder(source);
+  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+  encoder.SetSpeedOptions(0, 0); // the smallest
+  quantise_positions(encoder, mesh, lattice, name);
+  if (!mesh.texture.empty()) {
+    const float origin[2] = {0, 0};
+    const int bits = int(texture_bits) + 1; // 1 is a coordinate too
+    encoder.SetAttributeExplicitQuantization(1, bits, 2, origin,
+                                             float(std::ldexp(std::ldexp(1, bits) - 1, -int(texture_bits))));
+  }
+  return encoded(encoder, name);
 }
 
 // One sentence for all exceptions of libdraco (std::bad_alloc, std::length_error for hostile files).
@@ -353,6 +395,12 @@ std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::stri
   geometry::check(mesh, name);
   if (!(lattice.step > 0)) throw Error(name + ": expected a lattice step > 0");
   return guarded(name, [&] { return encode(mesh, lattice, name); });
+}
+
+std::string format_drc_points(const Mesh &mesh, const Lattice &lattice, unsigned texture_bits,
+                              const std::string &name) {
+  geometry::check(mesh, name);
+  return guarded(name, [&] { return encode_points(mesh, lattice, texture_bits, name); });
 }
 
 } // namespace fvv::scene

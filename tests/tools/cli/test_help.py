@@ -54,9 +54,9 @@ def test_help_as_json_has_what_the_help_has(name):
     options = [option for group in found["groups"] for option in group["options"]]
     names = {n for option in options for n in option["names"]}
     text = called(name, "--help-all" if "--help-all" in names else "--help").stdout
-    assert names == set(re.findall(r"^  (-\S+?),? ", re.sub(r"^  -\w, ", "  ", text, flags=re.M), re.M)) | {
-        n for n in names if len(n) == 2
-    }
+    # "  -o, --output FOLDER": all names of an option at the beginning of its line.
+    heads = re.findall(r"^  (-[^\s,]+(?:, -[^\s,]+)*)", text, re.M)
+    assert names == {name for head in heads for name in head.split(", ")}
     assert all(option["text"] for option in options + found["positionals"])
     assert all(example.split()[0] == name for example in found["examples"]) and found["examples"]
     assert {0, 1, 2} <= {code["code"] for code in found["exit_codes"]}
@@ -65,8 +65,9 @@ def test_help_as_json_has_what_the_help_has(name):
 
 def test_help_as_json_says_what_a_value_may_be():
     groups = json.loads(called("fvvdemux", "--help-json").stdout)["groups"]
-    options = {option["names"][-1]: option for group in groups for option in group["options"]}
+    options = {name: option for group in groups for option in group["options"] for name in option["names"]}
     assert options["--meshes"]["choices"][0] == "ply"
+    assert options["--meshes"]["names"] == ["--meshes", "--format"]
     assert (options["--output"]["takes"], options["--output"]["required"]) == ("folder", True)
     assert options["--quality"]["range"] == "[1..100]"
     assert options["--json"]["value"] is None

@@ -6,6 +6,7 @@
 #include "fvv/stream.h"
 #include "fvv_scene/environment.h"
 #include "fvv_scene/mesh_file.h"
+#include "fvv_scene/mesh_run.h"
 
 #include <optional>
 #include <string>
@@ -18,12 +19,16 @@ geometry::Lattice lattice_of(const double origin[3], double step);
 // mesh lies on the lattice. The order of vertices and faces does not change.
 geometry::Mesh in_metres(const fvv_mesh &mesh, const geometry::Lattice &lattice);
 
-// A GLB of a mesh on a lattice, in metres, turned so that +y is up, as glTF has it; up: FVV_UP_...,
-// FVV_UP_UNKNOWN turns nothing. texture: a file of PNG or JPEG for a mesh with texture coordinates, shown
-// without lighting; empty: none, and the mesh is grey. name: of the file, for messages. Error for a
-// coordinate that a float32 would take to another point of the lattice.
-std::string format_glb(geometry::Mesh mesh, const geometry::Lattice &lattice, uint8_t up,
-                       const std::string &texture, const std::string &name);
+// Whether a mesh has the faces and texture coordinates of a run, and normals if that has some.
+bool is_of_run(const fvv_mesh &mesh, const scene::MeshRun &run);
+// Appends a frame to a run; the first one determines its faces and texture coordinates. time, name: as in
+// MeshRun.
+void append_frame(const fvv_mesh &mesh, double time, const std::string &name, scene::MeshRun &run);
+
+// format_run() of frames on a lattice, turned so that +y is up, as glTF has it; up: FVV_UP_...,
+// FVV_UP_UNKNOWN turns nothing.
+std::string format_glb(scene::MeshRun run, const geometry::Lattice &lattice, uint8_t up,
+                       const std::string &picture, scene::Compression compression, const std::string &name);
 
 struct UnpackedBackground {
   scene::Environment environment;
