@@ -30,7 +30,12 @@ export async function serveFolder(live = {}) {
     server.once("error", failed);
     server.once("exit", (code) => failed(new Error(`fvvserve ended with ${code}`)));
   });
+  let closing = false;
+  server.once("exit", (code, signal) => {
+    if (!closing) console.error(`fvvserve ended by itself: ${signal ?? code}`);
+  });
   const close = () => {
+    closing = true;
     server.kill();
     rmSync(folder, { recursive: true, force: true });
   };
