@@ -15,8 +15,8 @@ namespace {
 // WebGL 2 promises a vertex shader 256 vectors of uniforms. A player such as three.js takes one for the
 // weight of each morph target, and needs others.
 constexpr size_t most_frames = 128;
-// Of a run's positions and normals in float32. It bounds the memory that this tool takes, about five times as
-// much, and the file that a browser loads at once.
+// Of a run's positions and normals in float32. It bounds the memory that this tool takes, about three times
+// as much, and the file that a browser loads at once.
 constexpr uint64_t most_bytes = uint64_t(64) << 20;
 
 bool is_same_place(const fvv_scene &a, const fvv_scene &b) {
