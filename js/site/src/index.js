@@ -67,7 +67,10 @@ function play(clip) {
   began = performance.now();
   player.addEventListener(
     "loadeddata",
-    () => $("compared").replaceChildren(...comparedWith(clip, (performance.now() - began) / 1000)),
+    () => {
+      $("compared").replaceChildren(...comparedWith(clip, (performance.now() - began) / 1000));
+      if (clip.camera !== undefined) player.snapToCamera(clip.camera);
+    },
     { once: true },
   );
   // A single frame would be drawn again and again, at low resolution on slow machines.

@@ -156,6 +156,7 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
       true,
       "the parts are larger than the file",
     );
+    assert.equal(await page.$eval("fvv-player", (player) => player.camera), players.camera);
     const former = await facts();
     assert.ok(former.includes("7 cameras") && former.includes("6 frames"), former.join(", "));
     assert.doesNotMatch(former.join(" "), /\.\d{4}/, "too many digits");
