@@ -316,6 +316,16 @@ radialDistortion3="0" tangentalDistortion1="0" tangentalDistortion2="0"/></camer
     seeds.add("calibrations", b"\b" + json.dumps({"cameras": [panoptic]}).encode())
 
 
+def paths(seeds):
+    keys = [
+        {"time": 0, "position": [2, 1.6, 2.5], "target": [0, 1, 0], "fov": 60},
+        {"time": 1.5, "position": [0, 2, 3], "target": [0, 1, 0], "fov": 40},
+        {"time": 3, "position": [-2, 1.2, 2.5], "target": [0, 1, 0], "fov": 60},
+    ]
+    seeds.add("path", json.dumps(keys))
+    seeds.add("path", json.dumps([{"time": 0, "position": [0, 0, 1], "target": [0, 0, 0], "up": [0, 0, 1]}]))
+
+
 def programs(seeds):
     """For targets whose input is a program: a few that go through, the rest is found by mutation."""
     for i in range(6):
@@ -334,7 +344,7 @@ def main():
     seeds = Seeds(options.folder)
     for path in sorted((ROOT / "conformance").glob("**/*.fvv")):
         from_stream(seeds, path.read_bytes())
-    for write in (meshes, pictures, captures, calibrations, programs):
+    for write in (meshes, pictures, captures, calibrations, paths, programs):
         write(seeds)
     print(f"{seeds.count} new seeds in {options.folder}")
 

@@ -1,6 +1,6 @@
 #include "fvv_view/path.h"
 
-#include "fvv/types.h"
+#include "fvv/format.h"
 #include "fvv_scene/strict_json.h"
 
 #include <algorithm>
@@ -12,7 +12,8 @@ namespace fvv::view {
 namespace {
 
 constexpr size_t most_keyframes = 10000;
-constexpr double farthest = 1e6; // metres, seconds
+constexpr double farthest = 1e6;    // metres, seconds
+constexpr double least_span = 1e-6; // seconds between keyframes: slopes stay finite
 
 double bounded(const scene::JsonValue &value, double least, double most) {
   const double number = value.number();
@@ -100,7 +101,8 @@ Path parse_path(std::string_view bytes, const std::string &name) {
     keys.push_back(keyframe(item));
     if (!i) continue;
     const Keyframe &before = keys[i - 1], &now = keys[i];
-    if (!(now.time > before.time)) item.at("time").fail("expected more than that of the keyframe before");
+    if (!(now.time - before.time >= least_span))
+      item.at("time").fail("expected more than that of the keyframe before, by at least a microsecond");
     if (now.up.has_value() != before.up.has_value()) item.fail("expected up in all keyframes, or in none");
     if (now.fov.has_value() != before.fov.has_value()) item.fail("expected fov in all keyframes, or in none");
   }
