@@ -1,8 +1,10 @@
-// The reference of the command line, from what the tools say of their options (--help-json).
+// The reference of the command line, from what the tools say of their options: --help-json, and the parsers of fvvcapture.
 
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
+
+import { root } from "../sources.mjs";
 
 const TOOLS = {
   fvvmux: "fvvmux-budget.md",
@@ -14,6 +16,11 @@ const TOOLS = {
   fvvrecover: "fvvrecover.md",
   fvvserve: "fvvserve.md",
   fvvsynth: "fvvsynth.md",
+};
+/** Of the Python package, which need not be built. */
+const PYTHON_TOOLS = {
+  fvvcapture: "fvvcapture.md",
+  "fvvcapture calibrate": "fvvcapture-calibrate.md",
 };
 
 const escaped = (text) =>
@@ -69,24 +76,40 @@ function page(help, more) {
   ].join("\n\n");
 }
 
+const jsonOf = (program, ...parameters) => JSON.parse(execFileSync(program, parameters, { encoding: "utf8" }));
+
+function helpOfTools(tools) {
+  return Object.keys(TOOLS).map((name) => {
+    const program = join(tools, name, name);
+    if (!existsSync(program)) throw new Error(`${program} is missing: build ${name} first`);
+    return jsonOf(program, "--help-json");
+  });
+}
+
+function helpOfPython() {
+  const script = join(root, "js/docs/references/capture_help.py");
+  return jsonOf(process.env.PYTHON ?? "python3", script, join(root, "bindings/python/fvv"));
+}
+
 /** Writes the pages below cli/. tools: the folder that has each tool in a folder of its name. Returns a reference. */
 export function cliReference(out, tools) {
   mkdirSync(join(out, "cli"), { recursive: true });
-  const rows = [];
-  for (const [name, more] of Object.entries(TOOLS)) {
-    const program = join(tools, name, name);
-    if (!existsSync(program)) throw new Error(`${program} is missing: build ${name} first`);
-    const help = JSON.parse(execFileSync(program, ["--help-json"], { encoding: "utf8" }));
-    writeFileSync(join(out, `cli/${name}.md`), `${page(help, more)}\n`);
-    rows.push(`| [${name}](./${name}.md) | ${inCell(escaped(help.summary))} |`);
-  }
+  const more = { ...TOOLS, ...PYTHON_TOOLS };
+  const described = [...helpOfTools(tools), ...helpOfPython()];
+  const named = described.map((help) => ({ help, name: help.tool, file: help.tool.replace(" ", "-") }));
+  const rows = named.map(({ help, name, file }) => {
+    writeFileSync(join(out, `cli/${file}.md`), `${page(help, more[name])}\n`);
+    return `| [${name}](./${file}.md) | ${inCell(escaped(help.summary))} |`;
+  });
   const index = `# Command line\n\n| tool | |\n|---|---|\n${rows.join("\n")}\n\nExit codes: 0 done, 1 failed, 2 usage, 3 done with loss or warnings. [Outputs](../outputs.md) says what \`--force\` replaces.\n`;
   writeFileSync(join(out, "cli/index.md"), index);
-  const names = Object.keys(TOOLS);
   return {
     title: "Command line",
     folder: "cli",
-    pages: [{ text: "All tools", link: "/cli/" }, ...names.map((text) => ({ text, link: `/cli/${text}` }))],
-    files: ["cli/index.md", ...names.map((name) => `cli/${name}.md`)],
+    pages: [
+      { text: "All tools", link: "/cli/" },
+      ...named.map(({ name, file }) => ({ text: name, link: `/cli/${file}` })),
+    ],
+    files: ["cli/index.md", ...named.map(({ file }) => `cli/${file}.md`)],
   };
 }
