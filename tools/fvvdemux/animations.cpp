@@ -34,7 +34,7 @@ public:
     size_t next = 0;
     for (const GroupPlan &group : plan.groups) {
       for (; next < frames.size() && frames[next].number < group.number + group.count; next++)
-        add(group, frames[next], next && frames[next - 1].number + 1 == frames[next].number);
+        add(group, frames[next], next && goes_on_to(frames[next - 1], frames[next]));
     }
     finish();
   }
@@ -42,7 +42,13 @@ public:
   uint64_t shared_pictures() const { return shared; } // frames that have the picture of another
 
 private:
-  // follows: the frame before was written too.
+  // Whether no frame is missing between two, and the stage is not empty: its mesh is valid until the end of
+  // the group, and no frame need say that there is none.
+  static bool goes_on_to(const WrittenFrame &before, const WrittenFrame &frame) {
+    return before.number + 1 == frame.number && before.valid_until >= frame.time;
+  }
+
+  // follows: nothing is missing since the frame before.
   void add(const GroupPlan &group, const WrittenFrame &frame, bool follows) {
     if (!follows || frame.empty) finish();
     if (!frame.mesh) return; // nothing is shown, or still the mesh before

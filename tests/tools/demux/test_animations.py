@@ -248,6 +248,27 @@ def test_a_run_ends_where_a_frame_is_missing(stream, tmp_path):
     assert (told["meshes"], told["mesh_files"]) == (4, 3)
 
 
+@pytest.mark.parametrize("pictures", [False, True])
+def test_a_run_ends_where_the_stage_is_empty(tmp_path, pictures):
+    """Without pictures the stream has no frame at all at that time, and the numbers of its frames have no gap."""
+    for i in range(6):
+        (tmp_path / f"{i:04d}.obj").write_text("# empty\n" if i == 2 else surface(i, 4))
+        Image.new("RGB", (64, 64), (40 * i, 90, 30)).save(tmp_path / f"{i:04d}.png")
+    options = ["--atlas", tmp_path / "%04d.png", "--codec", "jpeg"] if pictures else []
+    run("fvvmux", "--meshes", tmp_path / "%04d.obj", *options, "--fps", 25, "--step", STEP, "-o",
+        tmp_path / "s.fvv")  # fmt: skip
+    assert figures("fvvinfo", tmp_path / "s.fvv")["files"][0]["frames"] == (6 if pictures else 5)
+    told = figures("fvvdemux", tmp_path / "s.fvv", "-o", tmp_path / "out", "--format", "gltf",
+                   "--pictures", "none")  # fmt: skip
+    assert (told["meshes"], told["mesh_files"]) == (5, 2)
+    before, after = sorted((tmp_path / "out/meshes").iterdir())
+    assert (before.name, after.name) == ("0000-0001.glb", "0003-0005.glb")
+    glb = Glb(after)
+    (animation,) = glb.json["animations"]
+    times = glb.numbers(animation["samplers"][0]["input"]).ravel()
+    assert times == pytest.approx([0, 0.04, 0.08], abs=1e-7)
+
+
 def test_a_long_run_is_several_files(tmp_path):
     for i in range(130):
         (tmp_path / f"{i:04d}.obj").write_text(surface(i, 1))
