@@ -219,6 +219,29 @@ def test_files_of_one_frame_are_compressed_too(stream, plain, tmp_path, compress
     assert corners_of(*found) == corners_of(frame.faces, [frame.vertices], texture_of(frame))
 
 
+@needs_node
+def test_every_kind_of_file_is_valid(stream, tmp_path):
+    """Grey, and the plain one of one frame with a picture as well."""
+    kinds = [
+        ("jpg", "glb"),
+        ("none", "glb"),
+        ("none", "glb", "--compress", "draco"),
+        ("none", "glb", "--compress", "meshopt"),
+        ("none", "gltf"),
+        ("none", "gltf", "--compress", "meshopt"),
+    ]
+    paths = []
+    for i, (pictures, *form) in enumerate(kinds):
+        run("fvvdemux", stream, "-o", tmp_path / str(i), "--frames", "0-1", "--pictures", pictures,
+            "--format", *form)  # fmt: skip
+        paths.append(min((tmp_path / str(i) / "meshes").iterdir()))
+    checked(*paths)
+    for (pictures, form, *_), path in zip(kinds, paths):
+        document = Glb(path).json
+        assert ("images" in document) == (pictures == "jpg")
+        assert ("animations" in document) == (form == "gltf")
+
+
 @pytest.mark.parametrize("options", [[], ["--compress", "meshopt"]])
 def test_a_stream_comes_back_from_its_animation(stream, tmp_path, options):
     run("fvvdemux", stream, "-o", tmp_path / "out", "--format", "gltf", *options, warns=True)
