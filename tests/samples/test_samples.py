@@ -4,7 +4,6 @@ A shell sample runs line after line; a line fails with any exit code but 0 and 3
 printed). fvvsynth makes a small scene here unless a sample says how large; fvvserve ends after some seconds, at a free port.
 """
 
-import argparse
 import ast
 import importlib
 import json
@@ -256,18 +255,15 @@ def commands(text):
 
 @pytest.mark.parametrize("sample", of(OPTIONS))
 def test_options(sample):
-    from fvv.capture import command
-    from fvv.capture.calibrate import command as calibrate
+    from fvv.capture.arguments import calibrate_parser, capture_parser
 
     parsed = 0
     for name, *arguments in commands(sample.text):
         if name == "fvvcapture":
             if arguments[0] == "calibrate":
-                calibration = argparse.ArgumentParser(allow_abbrev=False)
-                calibrate.add_arguments(calibration)
-                calibration.parse_args(arguments[1:])
+                calibrate_parser("").parse(arguments[1:])
             else:
-                command.parser().parse_args(arguments)
+                capture_parser("").parse(arguments)
             parsed += 1
         elif name == "pip":
             extra = re.fullmatch(r"\.\[(\w+)\]", arguments[1])[1]

@@ -1,4 +1,4 @@
-// The reference of the command line, from what the tools say of their options: --help-json, and the parsers of fvvcapture.
+// The reference of the command line, from what the tools report with --help-json.
 
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";

@@ -14,16 +14,8 @@ from .. import __version__
 from ..command import DONE, LOSS, exit_code
 from ..errors import UsageError
 from ..friends.needed import needed
+from .arguments import calibrate_parser, capture_parser
 from .progress import Show
-
-EXAMPLES = """examples:
-  fvvcapture videos --calibration room.json -o players.fvv
-  fvvcapture videos --calibration room.json --plate empty --sheet look.png -o capture
-  fvvcapture videos --calibration room.qca.txt --up +z --frames 0-49 --key difference -o capture
-  fvvcapture pictures --masks mattes --calibration sparse/0 --units metres --fps 25 -o players.fvv
-  fvvcapture take --walk board --board 8x6 --square 0.08 --dictionary 4x4_100 --plate empty --synchronise sound -o take.fvv
-  fvvcapture calibrate board_videos --board 8x6 --square 0.08 --marker 0.06 -o room.json
-docs/fvvcapture.md explains all of it."""
 
 
 def _pair(text: str, option: str, kind: Any) -> tuple[str, Any]:
@@ -69,116 +61,6 @@ def _length(text: str, option: str) -> float:
     if not value > 0:
         raise UsageError(f"{option}: expected a length such as 8mm, found {text}")
     return value
-
-
-def parser() -> argparse.ArgumentParser:
-    """The arguments of fvvcapture, without those of its command `calibrate`."""
-    out = argparse.ArgumentParser(
-        prog="fvvcapture",
-        description="Makes a capture for fvvmux, or a stream, of what calibrated cameras filmed: keying, visual hulls. "
-        "fvvcapture calibrate makes the calibration.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    out.add_argument("--version", action="version", version=f"fvvcapture {__version__}")
-    out.add_argument(
-        "recordings", metavar="FOLDER", help="a video, or a folder of numbered pictures, for each camera"
-    )
-    files = out.add_argument_group("files")
-    files.add_argument("--calibration", metavar="FILE", nargs="+",
-                       help="of fvvcapture calibrate, a capture.json, COLMAP, OpenCV, nerfstudio, Qualisys, Middlebury, K/R/t text, Panoptic")  # fmt: skip
-    files.add_argument(
-        "-o", "--output", metavar="OUT", required=True, help="a folder for the capture, or NAME.fvv"
-    )
-    files.add_argument(
-        "--plate", metavar="FOLDER", help="recordings of the empty stage; default: the median of each clip"
-    )
-    files.add_argument("--masks", metavar="FOLDER", help="masks of another program, in place of keying")
-    files.add_argument(
-        "--sheet", metavar="PNG", help="pictures with the outlines of their keys, to look at first"
-    )
-    files.add_argument("--chart", metavar="PNG", help="the report as a picture")
-    files.add_argument(
-        "--json", action="store_true", help="print the report as JSON (spec/fvvcapture.schema.json)"
-    )
-    files.add_argument("--force", action="store_true", help="replace outputs that exist (docs/outputs.md)")
-    board = out.add_argument_group(
-        "calibration of a board, in place of --calibration (docs/fvvcapture-calibrate.md)"
-    )
-    board.add_argument("--walk", metavar="FOLDER", help="films of a board that is carried through the volume")
-    board.add_argument("--board", metavar="CxR", help="squares of the board in a row and in a column")
-    board.add_argument("--square", type=float, metavar="METRES", help="side of a square")
-    board.add_argument(
-        "--marker", type=float, metavar="METRES", help="side of a marker; default: 3/4 of the square"
-    )
-    board.add_argument(
-        "--dictionary", metavar="NAME", help="of the markers: 4x4_100; without it a chessboard"
-    )
-    board.add_argument(
-        "--on-floor", type=int, metavar="FRAME", help="frame in which the board lies on the floor"
-    )
-    shoot = out.add_argument_group("cameras and time")
-    shoot.add_argument(
-        "--cameras", metavar="A,B", default="", help="names; default: all that have recordings"
-    )
-    shoot.add_argument("--exclude", metavar="A,B", default="", help="names of cameras to leave out")
-    shoot.add_argument("--frames", metavar="A-B", help="of the frames that all cameras have; A-: to the end")
-    shoot.add_argument("--fps", metavar="N[/D]", help="pictures a second; folders do not say")
-    shoot.add_argument("--offset", metavar="CAM=PICTURES", action="append", default=[],
-                       help="by which a recording begins earlier than the others")  # fmt: skip
-    shoot.add_argument(
-        "--synchronise", choices=("sound", "flash", "motion"), help="find offsets that are not given"
-    )
-    shoot.add_argument("--place", metavar="CAM=X,Y", action="append", default=[],
-                       help="where the pictures are in the calibrated ones, if they are cut")  # fmt: skip
-    shoot.add_argument(
-        "--units", help="of the calibration, if its format does not say: metres, millimetres, ..."
-    )
-    shoot.add_argument(
-        "--up", choices=("+x", "-x", "+y", "-y", "+z", "-z"), help="axis of the world that points up"
-    )
-    shoot.add_argument("--sound", metavar="CAM", help="the recording whose sound is taken")
-    shoot.add_argument("--name", default="", help="of the scene")
-    key = out.add_argument_group("keying (docs/fvvcapture-keying.md)")
-    key.add_argument("--key", choices=("auto", "chroma", "difference", "both"), default="auto")
-    key.add_argument("--backing", metavar="R,G,B", help="colour of the screen; default: measured")
-    key.add_argument(
-        "--shadows", choices=("drop", "keep"), default="drop", help="shadows are no part of the action"
-    )
-    key.add_argument(
-        "--refine",
-        choices=("none", "edge", "graph"),
-        default="none",
-        help="edge: outlines follow edges; graph: the least cut, slow",
-    )
-    hull = out.add_argument_group("visual hull (docs/fvvcapture-hull.md)")
-    hull.add_argument("--cell", metavar="LENGTH", help="of the finest grid: 8mm")
-    hull.add_argument("--max-error", metavar="PIXELS", type=float, help="in place of --cell; default 4")
-    hull.add_argument(
-        "--missed", metavar="K", type=int, default=0, help="silhouettes that may miss a point; default 0"
-    )
-    hull.add_argument("--least-views", metavar="N", type=int, help="cameras that must see a point; default 3")
-    hull.add_argument("--bounds", metavar="X,Y,Z,X,Y,Z", help="low and high corner in metres; default: found")
-    hull.add_argument(
-        "--floor", metavar="METRES", type=float, help="height below which nothing is; needs --up"
-    )
-    hull.add_argument("--min-share", metavar="SHARE", type=float, default=0.02,
-                      help="components below this share of the largest are dropped; default 0.02")  # fmt: skip
-    hull.add_argument(
-        "--smoothing", metavar="N", type=int, default=0, help="rounds, within the silhouettes; default 0"
-    )
-    hull.add_argument("--grids", action="store_true", help="keep grids/NNNN.npz beside the meshes")
-    run = out.add_argument_group("running")
-    run.add_argument("--jobs", metavar="N", type=int, default=os.cpu_count() or 1, help="processes at once")
-    run.add_argument(
-        "--dask", metavar="ADDRESS", help="scheduler of a Dask cluster that reaches the same paths"
-    )
-    run.add_argument("--held-out", metavar="N", type=int, default=0,
-                     help="predict each camera from the others at N frames, and report its PSNR")  # fmt: skip
-    run.add_argument("--mux", metavar="OPTION=VALUE", action="append", default=[],
-                     help="option of fvvmux for NAME.fvv: scale=0.5")  # fmt: skip
-    return out
 
 
 def request_of(given: argparse.Namespace) -> Any:
@@ -231,7 +113,7 @@ def request_of(given: argparse.Namespace) -> Any:
     mux = dict(_pair(text, "--mux", str) for text in given.mux)
     if mux and not given.output.endswith(".fvv") and not given.held_out:
         raise UsageError("--mux: expected with -o NAME.fvv")
-    if given.jobs < 1:
+    if given.jobs is not None and given.jobs < 1:
         raise UsageError(f"--jobs: expected 1 or more, found {given.jobs}")
     places = {}
     for text in given.place:
@@ -306,7 +188,7 @@ def _make(given: argparse.Namespace, show: Show) -> int:
                 client = needed("dask.distributed", "dask").Client(given.dask)
             except ImportError as error:
                 raise UsageError(f"--dask: {error}") from error
-        result = process(request, given.jobs, client, show)
+        result = process(request, given.jobs or os.cpu_count() or 1, client, show)
         if picture is not None:
             picture.write(chart(result.report))
             picture.commit()
@@ -328,13 +210,10 @@ def main(arguments: list[str] | None = None) -> int:
 
     def run_command() -> int:
         if arguments[:1] != ["calibrate"]:
-            return run(parser().parse_args(arguments))
-        from .calibrate import command
+            return run(capture_parser(__version__).parse(arguments))
+        given = calibrate_parser(__version__).parse(arguments[1:])
+        from .calibrate import command  # after the help, which needs no OpenCV
 
-        calibration = argparse.ArgumentParser(
-            prog="fvvcapture calibrate", description="Calibrates cameras from a board.", allow_abbrev=False
-        )
-        command.add_arguments(calibration)
-        return command.run(calibration.parse_args(arguments[1:]))
+        return command.run(given)
 
     return exit_code("fvvcapture", run_command)

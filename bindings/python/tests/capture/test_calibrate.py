@@ -1,6 +1,5 @@
 """fvv.capture.calibrate on pictures and corners that are generated, whose truth is known."""
 
-import argparse
 import dataclasses
 import json
 import os
@@ -19,6 +18,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 
 import room  # noqa: E402
 from conftest import ROOT, tool  # noqa: E402
+from fvv.capture.arguments import calibrate_parser  # noqa: E402
 from fvv.capture.calibrate import (  # noqa: E402
     Board,
     Corners,
@@ -478,9 +478,7 @@ def test_recordings_that_cannot_be_read(tmp_path):
 
 
 def run(*arguments):
-    parser = argparse.ArgumentParser()
-    calibrate_command.add_arguments(parser)
-    return calibrate_command.run(parser.parse_args([str(one) for one in arguments]))
+    return calibrate_command.run(calibrate_parser("").parse([str(one) for one in arguments]))
 
 
 def test_command_on_videos_of_a_chessboard(tmp_path, capsys):
@@ -531,7 +529,7 @@ def test_command_on_videos_of_a_chessboard(tmp_path, capsys):
             (tmp_path / "videos", "--json", *board_arguments, "--distance", "left", "right", "far"),
             "--distance: expected a number",
         ),
-        (("--json", *board_arguments), "expected VIDEOS"),
+        (("--json", *board_arguments), "expected FOLDER"),
     ]:
         with pytest.raises(UsageError, match=message):
             run(*arguments)

@@ -11,12 +11,13 @@ import numpy
 from numpy.typing import NDArray
 
 from ...errors import Error, UsageError
+from ..choices import LENSES, UPS
 from .adjustment import Bundle, adjust
 from .boards import Board, Corners
-from .lenses import FEWEST_VIEWS, MODELS, Lens, choose
+from .lenses import FEWEST_VIEWS, Lens, choose
 from .poses import FEWEST_SHARED, Pose, camera_poses, groups
 from .recordings import Recording, quiet
-from .world import UPS, Placement, place
+from .world import Placement, place
 
 Floats = NDArray[numpy.float64]
 
@@ -38,7 +39,7 @@ class Options:
     first: int = 0
     step: int = 1  #: Every step-th frame is looked at.
     last: int | None = None
-    lens: str = "auto"  #: One of lenses.MODELS.
+    lens: str = "auto"  #: One of choices.LENSES.
     moving: tuple[str, ...] = ()  #: Cameras that do not stand still: only their lenses are found.
     up: str = "+y"
     floor: int | None = None  #: A frame in which the board lies on the floor.
@@ -205,8 +206,8 @@ def _check(recordings: Sequence[Recording], board: Board, options: Options) -> N
         raise UsageError(
             f"frames: expected first to last and a step of 1 or more, found {options.first}, {options.last}, {options.step}"
         )
-    if options.lens not in MODELS:
-        raise UsageError(f"lens: expected one of {', '.join(MODELS)}, found {options.lens}")
+    if options.lens not in LENSES:
+        raise UsageError(f"lens: expected one of {', '.join(LENSES)}, found {options.lens}")
     if options.up not in UPS:
         raise UsageError(f"up: expected one of {', '.join(UPS)}, found {options.up}")
     if board.ambiguous and len(names) > 1:

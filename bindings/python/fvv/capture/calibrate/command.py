@@ -12,78 +12,10 @@ from ...errors import UsageError
 from ..progress import Show
 from .boards import parse_board
 from .calibration import Calibration, Options, Progress, calibrate
-from .files import FORMATS, from_description, read_calibration, write_calibration
-from .lenses import MODELS
+from .files import from_description, read_calibration, write_calibration
 from .moving import track
 from .recordings import recordings_of
 from .report import report, write_pictures
-from .world import UPS
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `run`."""
-    parser.add_argument(
-        "videos",
-        metavar="VIDEOS",
-        nargs="?",
-        help="folder with a video or a folder of pictures for each camera: the board walk",
-    )
-    parser.add_argument("-o", "--output", metavar="OUT", help="calibration file to write")
-    parser.add_argument("-f", "--force", action="store_true", help="replace OUT if it exists")
-    parser.add_argument(
-        "--format", choices=FORMATS, default="fvv", help="opencv: OUT is a folder of YAML files"
-    )
-    parser.add_argument("--board", metavar="CxR", help="squares of the board in a row and in a column")
-    parser.add_argument("--square", type=float, metavar="METRES", help="side of a square")
-    parser.add_argument(
-        "--marker", type=float, metavar="METRES", help="side of a marker; default: 3/4 of the square"
-    )
-    parser.add_argument(
-        "--dictionary", metavar="NAME", help="of the markers, such as 4x4_100; without it a chessboard"
-    )
-    parser.add_argument("--legacy", action="store_true", help="ChArUco pattern of OpenCV before 4.6")
-    parser.add_argument(
-        "--lens", choices=MODELS, default="auto", help="default: radtan5, or radtan8 where that is better"
-    )
-    parser.add_argument(
-        "--offset",
-        action="append",
-        default=[],
-        metavar="CAMERA=FRAMES",
-        help="a camera that began earlier (positive) or later",
-    )
-    parser.add_argument("--frames", metavar="A-B", help="frames to use; default: all")
-    parser.add_argument("--step", type=int, default=1, metavar="N", help="use every N-th frame")
-    parser.add_argument("--up", choices=UPS, default="+y", help="axis of the world that points up")
-    parser.add_argument(
-        "--floor", type=int, metavar="FRAME", help="frame in which the board lies on the floor"
-    )
-    parser.add_argument(
-        "--distance", nargs=3, metavar=("A", "B", "METRES"), help="metres between two cameras, for the scale"
-    )
-    parser.add_argument(
-        "--moving", action="append", default=[], metavar="CAMERA", help="a camera that does not stand still"
-    )
-    parser.add_argument(
-        "--tripod",
-        action="append",
-        default=[],
-        metavar="CAMERA",
-        help="a camera that turns and stays where it is; still in the walk",
-    )
-    parser.add_argument(
-        "--take",
-        metavar="VIDEOS",
-        help="recordings of the scene, by which the poses of moving cameras are found",
-    )
-    parser.add_argument("--zoom", action="store_true", help="moving cameras also change their focal length")
-    parser.add_argument(
-        "--calibration",
-        metavar="FILE",
-        help="with --take: a calibration that exists, in place of a board walk",
-    )
-    parser.add_argument("--report", metavar="FOLDER", help="write a picture of each camera's errors there")
-    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -129,7 +61,7 @@ def _calibrated(
             raise UsageError("--report: expected a board walk, whose errors it shows")
         return from_description(*read_calibration(arguments.calibration))
     if arguments.videos is None:
-        raise UsageError("expected VIDEOS, the recordings of a board walk, or --calibration")
+        raise UsageError("expected FOLDER, the recordings of a board walk, or --calibration")
     if arguments.board is None or arguments.square is None:
         raise UsageError("expected --board and --square")
     if (arguments.moving or arguments.tripod) and arguments.take is None:

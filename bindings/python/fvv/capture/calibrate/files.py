@@ -10,13 +10,12 @@ import numpy
 from ...errors import Error, UsageError
 from ...friends.needed import needed
 from ...outputs import FileOutput, FolderOutput
+from ..choices import CALIBRATION_FORMATS
 from .calibration import CalibratedCamera, Calibration, Moment
 from .lenses import Lens
 from .poses import Pose
 
 cv2: Any = needed("cv2", "capture")
-
-FORMATS = ("fvv", "opencv")
 
 
 def description(calibration: Calibration) -> dict[str, Any]:
@@ -80,7 +79,7 @@ def write_calibration(path: str, calibration: Calibration, format: str = "fvv", 
             file.discard()
         return
     if format != "opencv":
-        raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {format}")
+        raise UsageError(f"format: expected one of {', '.join(CALIBRATION_FORMATS)}, found {format}")
     for camera in calibration.cameras:
         if camera.per_frame is not None:
             raise UsageError(

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from ..._core import Camera
 from ...errors import Error, UsageError
 from ...friends.needed import needed
+from ..choices import LENSES
 from .boards import FEWEST_CORNERS, Board, Corners
 
 cv2: Any = needed("cv2", "capture")
 
 Floats = NDArray[numpy.float64]
 
-#: What a user may choose; "auto" compares radtan5 and radtan8.
-MODELS = ("auto", "radtan5", "radtan8", "fisheye")
 COEFFICIENTS = {"radtan5": 5, "radtan8": 8, "fisheye": 4}
 #: Views below which the intrinsics of a camera are not determined well.
 FEWEST_VIEWS = 6
@@ -236,8 +235,8 @@ def choose(
     """A first estimate, and the held-out error of the models that were compared: with "auto" those of radtan5 and radtan8, of
     which the larger is taken only if it leaves at most WORTH of the error of the smaller in both halves of the views, and can be
     inverted where corners were seen. `Error`: too few views are left without outliers."""
-    if model not in MODELS:
-        raise UsageError(f"lens: expected one of {', '.join(MODELS)}, found {model}")
+    if model not in LENSES:
+        raise UsageError(f"lens: expected one of {', '.join(LENSES)}, found {model}")
     views = spread(views, MOST_VIEWS)
     first = "radtan5" if model == "auto" else model
     found = len(views)

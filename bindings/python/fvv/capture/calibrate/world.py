@@ -9,12 +9,11 @@ import numpy
 from numpy.typing import NDArray
 
 from ...errors import Error, UsageError
+from ..choices import UPS
 from .boards import Board
 from .poses import Pose
 
 Floats = NDArray[numpy.float64]
-
-UPS = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 @dataclasses.dataclass(frozen=True)
