@@ -198,6 +198,13 @@ def meshes(seeds):
         "obj",
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 \\\n0\nf 1 2 3 4\nusemtl x\ns off\nf -4//1 -3//1 -2//1\nvn 1 0 0\n",
     )
+    seeds.add(
+        "obj", "mtllib a.mtl b c.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl skin of a\nf 1 2 3\nusemtl\nf 3 2 1\n"
+    )
+    seeds.add(
+        "obj",
+        "# a library\nnewmtl skin of a\nKd 1 1 1\nmap_Kd -s 1 1 -o 0 0 0 -mm 0 1 -clamp on ..\\atlas\\a b.png\nnewmtl b\nmap_kd 7\n",
+    )
     vertices = b"".join(struct.pack("<3f2f", x, y, 0, x, y) for x, y in [(0, 0), (1, 0), (0, 1)])
     for form in ("ascii", "binary_little_endian", "binary_big_endian"):
         header = (

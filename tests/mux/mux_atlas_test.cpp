@@ -231,7 +231,7 @@ TEST_CASE("what does not fit an atlas is refused before work starts") {
   CHECK(refusal(meshes + R"({"pictures": "a.png", "embedded": true})") ==
         "c: /atlas: expected pictures or embedded, found both");
   CHECK(refusal(meshes + R"({"embedded": true})") ==
-        "c: /atlas/embedded: expected meshes in .glb or .gltf files, found \"a.ply\"");
+        "c: /atlas/embedded: expected meshes in .glb, .gltf or .obj files, found \"a.ply\"");
   CHECK(refusal(meshes + R"({"pictures": "a.png", "texture_bits": 17})")
             .find("c: /atlas/texture_bits: expected") == 0);
   CHECK(refusal(meshes + R"({"pictures": "a.png", "texture_bits": 16})").empty());

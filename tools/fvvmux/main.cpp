@@ -41,8 +41,8 @@ void add_input_options(CLI::App &app, Outputs &outputs, mux::OptionTexts &texts)
                  "there; or one for all frames: .obj, .ply, .drc, .draco, .glb, .gltf")
       ->type_name("PATTERN");
   app.add_option("--atlas", texts.atlas,
-                 "pictures of their texture coordinates, likewise, or a video; embedded: those in .glb and "
-                 ".gltf files (default, where there are no cameras)")
+                 "pictures of their texture coordinates, likewise, or a video; none; embedded: those that "
+                 ".glb, .gltf and .obj files bring (default, where there are no cameras)")
       ->type_name("PATTERN");
   app.add_option("--pictures", texts.pictures,
                  "pictures of the cameras of a COLMAP model or transforms.json, with {name} or {id}, and %d; "

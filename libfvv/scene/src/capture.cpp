@@ -218,8 +218,7 @@ void find_empty_meshes(Capture &capture) {
 }
 
 std::string load_embedded_atlas(const Capture &capture, int64_t frame) {
-  const std::string path = capture.mesh_path(frame);
-  return parse_gltf_picture(read_file(path, max_mesh_file), path);
+  return read_mesh_picture(capture.mesh_path(frame));
 }
 
 MeshAnimation::MeshAnimation(std::optional<Name> animation, fvv_rational from, int64_t first_frame)

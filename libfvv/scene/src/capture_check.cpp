@@ -433,12 +433,19 @@ namespace {
 
 using Visit = std::function<void(const std::string &)>;
 
-// With the files that a glTF file refers to. A mesh that cannot be read is reported by those who need it.
-void visit_mesh(const std::string &path, const Visit &visit) {
+// With the files that a glTF file refers to, and those of an OBJ file if its picture is used. A mesh that
+// cannot be read is reported by those who need it.
+void visit_mesh(const std::string &path, bool with_picture, const Visit &visit) {
   visit(path);
   std::vector<std::string> beside;
   try {
-    if (is_gltf(path)) beside = gltf::external_files(read_file(path, max_mesh_file), path);
+    if (is_gltf(path)) {
+      beside = gltf::external_files(read_file(path, max_mesh_file), path);
+    } else if (with_picture) {
+      const ObjMaterials materials = parse_obj_materials(read_file(path, max_mesh_file), path);
+      beside = materials.libraries;
+      if (materials.picture) beside.push_back(*materials.picture);
+    }
   } catch (const Error &) {}
   for (const std::string &file : beside) visit(file);
 }
@@ -457,14 +464,14 @@ void visit_files(const Capture &capture, const Visit &visit) {
   if (capture.meshes)
     for (int64_t i = 0; i < frames_of(*capture.meshes); i++)
       if (const int64_t frame = capture.frames.number(i); capture.animation || capture.has_mesh(frame))
-        visit_mesh(capture.mesh_path(frame), visit);
+        visit_mesh(capture.mesh_path(frame), capture.atlas && !capture.atlas->pictures, visit);
   if (capture.atlas && capture.atlas->pictures) pictures(*capture.atlas->pictures);
   for (const Camera &camera : capture.cameras) {
     if (camera.pictures) pictures(*camera.pictures);
     if (camera.masks) pictures(*camera.masks);
   }
   for (const SoundSource &sound : capture.sounds) visit(capture.resolve(sound.file));
-  if (capture.background) visit_mesh(capture.resolve(capture.background->file), visit);
+  if (capture.background) visit_mesh(capture.resolve(capture.background->file), false, visit);
 }
 
 } // namespace fvv::scene

@@ -378,8 +378,9 @@ Atlas read_atlas(const JsonValue &value, const Capture &capture) {
       pictures->at("place").fail("expected no place, because an atlas has no calibration");
   } else {
     if (!embedded->boolean()) embedded->fail("expected true, or pictures in its place");
-    if (!is_gltf(capture.meshes->text()))
-      embedded->fail("expected meshes in .glb or .gltf files, found \"" + capture.meshes->text() + "\"");
+    if (!may_bring_picture(capture.meshes->text()))
+      embedded->fail("expected meshes in .glb, .gltf or .obj files, found \"" + capture.meshes->text() +
+                     "\"");
   }
   if (const auto bits = value.find("texture_bits"))
     atlas.texture_bits = static_cast<uint32_t>(bits->integer(1, FVV_TEXTURE_BITS_MAX));

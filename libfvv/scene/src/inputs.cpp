@@ -16,7 +16,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char *embedded = "embedded";
+constexpr const char *embedded = "embedded", *no_atlas = "none";
+
+bool is_pattern_of_atlas(const std::string &text) {
+  return !text.empty() && text != embedded && text != no_atlas;
+}
 
 [[noreturn]] void refuse(const char *option, const std::string &expected, const std::string &found) {
   throw Error(std::string(option) + ": expected " + expected + ", found " + quote(found), Error::usage);
@@ -349,10 +353,21 @@ void check_pictures(const Capture &capture) {
                     "; name them with " + option + " '" + folder + "/{name}/%04d.png'");
 }
 
+// Whether the first mesh file that is not empty brings a picture.
+bool brings_picture(const Pattern &meshes, const Frames &frames) {
+  if (!may_bring_picture(meshes.text())) return false;
+  for (const int64_t number : frames.numbers()) {
+    const std::string path = meshes.file(number);
+    if (is_gltf(path)) return facts_of(path).base_colour;
+    if (!is_empty_mesh(path)) return bool(parse_obj_materials(read_file(path, max_mesh_file), path).picture);
+  }
+  return false;
+}
+
 void set_meshes(Capture &capture, const Inputs &inputs, const Names &names) {
   const Pattern meshes = parse_pattern("--meshes", inputs.meshes);
   std::optional<PictureSource> atlas;
-  if (!inputs.atlas.empty() && inputs.atlas != embedded) atlas = source_of("--atlas", inputs.atlas);
+  if (is_pattern_of_atlas(inputs.atlas)) atlas = source_of("--atlas", inputs.atlas);
   const auto animation = [](int64_t first) {
     return std::make_shared<const MeshAnimation>(std::nullopt, fvv_rational{0, 1}, first);
   };
@@ -363,7 +378,7 @@ void set_meshes(Capture &capture, const Inputs &inputs, const Names &names) {
   capture.meshes = parse_pattern("--meshes", names(inputs.meshes, false));
   if (atlas) capture.atlas = Atlas{names(*atlas, capture.frames), std::nullopt};
   if (inputs.atlas == embedded ||
-      (gltf && !atlas && capture.cameras.empty() && facts_of(meshes.file(capture.frames.first)).base_colour))
+      (inputs.atlas.empty() && capture.cameras.empty() && brings_picture(meshes, capture.frames)))
     capture.atlas = Atlas{};
 }
 
@@ -433,9 +448,9 @@ void check_inputs(const Inputs &inputs) {
   }
   if (!inputs.atlas.empty()) {
     if (inputs.meshes.empty()) refuse("--atlas", "--meshes too", inputs.atlas);
-    if (inputs.atlas == embedded && !is_gltf(inputs.meshes))
-      refuse("--atlas", "embedded for .glb and .gltf files only", inputs.meshes);
-    if (inputs.atlas != embedded) source_of("--atlas", inputs.atlas);
+    if (inputs.atlas == embedded && !may_bring_picture(inputs.meshes))
+      refuse("--atlas", "embedded for .glb, .gltf and .obj files only", inputs.meshes);
+    if (is_pattern_of_atlas(inputs.atlas)) source_of("--atlas", inputs.atlas);
   }
   for (const auto &[option, text] :
        {std::pair("--pictures", &inputs.pictures), std::pair("--masks", &inputs.masks)}) {

@@ -93,6 +93,22 @@ std::string parse_gltf_picture(std::string_view bytes, const std::string &name) 
       .picture;
 }
 
+bool may_bring_picture(const std::string &path) {
+  return is_gltf(path) || extension_of(path) == ".obj";
+}
+
+std::string read_mesh_picture(const std::string &path) {
+  constexpr uint64_t most = uint64_t(1) << 28; // a PNG of 8192 x 8192 that does not compress
+  if (!may_bring_picture(path)) fail_extension(path, extension_of(path), ".glb, .gltf or .obj");
+  const std::string bytes = read_file(path, max_mesh_file);
+  if (is_gltf(path)) return parse_gltf_picture(bytes, path);
+  const std::optional<std::string> picture = parse_obj_materials(bytes, path).picture;
+  if (!picture) throw Error(path + ": expected faces of a material with map_Kd, found none");
+  if (const std::string why = why_unreadable(*picture); !why.empty())
+    throw Error(path + ": expected the picture " + quote(*picture) + " of map_Kd, which " + why);
+  return read_file(*picture, most);
+}
+
 std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name) {
   const std::string extension = extension_of(name);
   if (extension == ".obj") return format_obj(mesh, name);

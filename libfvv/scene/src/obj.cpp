@@ -4,19 +4,21 @@
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/text.h"
 #include "scene/src/mesh_build.h"
+#include "scene/src/mtl.h"
 
 #include <algorithm>
 #include <charconv>
 #include <iterator>
+#include <set>
 
 namespace fvv::scene {
 
 namespace {
 
 // Keywords that do not change the surface: attributes of vertices, grouping, display.
-constexpr std::string_view skipped[] = {"g",      "o",          "s",         "usemtl",  "mtllib",
-                                        "usemap", "maplib",     "mg",        "bevel",   "c_interp",
-                                        "lod",    "shadow_obj", "trace_obj", "d_interp"};
+constexpr std::string_view passed_over[] = {"g",      "o",          "s",         "usemap",
+                                            "maplib", "mg",         "bevel",     "c_interp",
+                                            "lod",    "shadow_obj", "trace_obj", "d_interp"};
 // Keywords that shape the surface or bring in other files: to skip them would lose geometry silently.
 constexpr std::string_view refused[] = {"vp",   "cstype", "deg",   "bmat", "step", "curv", "curv2", "surf",
                                         "parm", "trim",   "hole",  "scrv", "sp",   "end",  "con",   "call",
@@ -49,6 +51,11 @@ public:
                   has_normals ? of_corners(shading.faces, directions, 3) : std::vector<double>(), limits,
                   name);
     return std::move(mesh);
+  }
+
+  // After read().
+  ObjMaterials materials() const {
+    return read_materials(name, libraries, {used_materials.begin(), used_materials.end()});
   }
 
 private:
@@ -103,6 +110,20 @@ private:
     }
   }
 
+  // The rest of the line as it is written, because names may have blanks.
+  std::string_view rest_of_line() {
+    std::string_view first, next;
+    if (!word(first)) return {};
+    const char *last = first.data() + first.size();
+    while (word(next)) last = next.data() + next.size();
+    return {first.data(), static_cast<size_t>(last - first.data())};
+  }
+
+  void use_material() {
+    material = rest_of_line();
+    is_used = false;
+  }
+
   void statement(std::string_view keyword) {
     if (keyword == "v")
       vertex();
@@ -112,12 +133,16 @@ private:
       normal();
     else if (keyword == "f")
       face();
+    else if (keyword == "usemtl")
+      use_material();
+    else if (keyword == "mtllib")
+      libraries.push_back(rest_of_line());
     else if (keyword == "l" || keyword == "p")
       report.lines_and_points++;
     else if (contains(refused, keyword))
       fail("expected polygons, found " + quote(keyword) +
            ": free-form geometry and included files are not supported");
-    else if (!contains(skipped, keyword))
+    else if (!contains(passed_over, keyword))
       fail("expected an OBJ keyword such as v or f, found " + quote(keyword));
   }
 
@@ -235,6 +260,8 @@ private:
     if (corners.size() - 2 > limits.max_faces - mesh.face_count())
       fail("more than the allowed " + std::to_string(limits.max_faces) + " triangles");
     append_fan(mesh, corners, report);
+    if (!is_used) used_materials.insert(material);
+    is_used = true;
     MeshReport counted_already;
     if (wants_texture) append_fan(chart, corner_pairs, counted_already);
     if (has_normals) append_fan(shading, corner_normals, counted_already);
@@ -247,6 +274,10 @@ private:
   const bool wants_texture;
   bool has_normals; // they are requested, and every corner so far has one
   uint64_t line = 1;
+  std::string_view material;
+  bool is_used = false; // by a face
+  std::vector<std::string_view> libraries;
+  std::set<std::string_view> used_materials;
   Mesh mesh, chart, shading; // the same faces with indices of vertices, pairs, normals
   std::vector<double> texture, directions;
   std::vector<uint32_t> corners, corner_pairs, corner_normals; // of one face
@@ -261,6 +292,19 @@ Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits
   MeshReport ignored;
   const fvv_limits bounds = limits_or_default(limits);
   return ObjReader(bytes, name, bounds, report ? *report : ignored, texture, normals).read();
+}
+
+ObjMaterials parse_obj_materials(std::string_view bytes, const std::string &name) {
+  MeshReport ignored;
+  const fvv_limits bounds = limits_or_default(nullptr);
+  ObjReader reader(bytes, name, bounds, ignored, false, false);
+  (void)reader.read();
+  try {
+    return reader.materials();
+  } catch (const Error &error) {
+    // OBJ files often come without what they name.
+    throw Error(error.what() + std::string("; fvvmux --atlas names other pictures, or none"));
+  }
 }
 
 std::string format_obj(const Mesh &mesh, const std::string &name) {

@@ -4,6 +4,7 @@
 #include "fvv_cxx/error.h"
 #include "fvv_scene/environment.h"
 #include "fvv_scene/mesh_file.h"
+#include "scene/src/mtl.h"
 
 #include <string_view>
 
@@ -35,6 +36,17 @@ template <class Parse> void parse(const uint8_t *data, size_t size, const Parse 
 
 FVV_FUZZ_TARGET(obj, fuzz::Form::bytes) {
   parse(data, size, fvv::scene::parse_obj);
+  const std::string_view text(reinterpret_cast<const char *>(data), size);
+  // Libraries are files; the bytes are read as one, too.
+  try {
+    (void)fvv::scene::parse_obj_materials(text, "input");
+  } catch (const fvv::Error &) {}
+  try {
+    for (const auto &[material, picture] : fvv::scene::parse_mtl(text, "input"))
+      fuzz::expect(!material.empty() && !picture.empty() && picture[0] != '/' &&
+                       picture.find(':') == picture.npos && picture.find('\\') == picture.npos,
+                   "a material has a relative name of its picture");
+  } catch (const fvv::Error &) {}
 }
 
 FVV_FUZZ_TARGET(ply, fuzz::Form::bytes) {

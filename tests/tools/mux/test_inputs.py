@@ -239,6 +239,128 @@ def test_gltf_brings_its_texture_units_and_up(place):
     assert (document["units"], document["up"]) == ("metres", "+y")
 
 
+def test_obj_brings_the_picture_that_its_mtl_names(sequence):
+    """As fvvdemux writes both, in folders beside each other."""
+    document = described("--meshes", "unpacked/meshes/%04d.obj")
+    assert document["atlas"] == {"embedded": True}
+    run(
+        "fvvmux",
+        "--meshes",
+        "unpacked/meshes/%04d.obj",
+        "--atlas",
+        "unpacked/atlas/%04d.png",
+        *QUICK,
+        "-o",
+        "named.fvv",
+    )
+    assert pathlib.Path("named.fvv").read_bytes() == pathlib.Path("given.fvv").read_bytes()
+    run("fvvmux", "--meshes", "unpacked/meshes/%04d.obj", "--atlas", "none", "--write-capture", "none.json")
+    assert "atlas" not in json.loads(pathlib.Path("none.json").read_text())
+
+
+def test_outputs_spare_the_picture_of_an_mtl(sequence):
+    before = pathlib.Path("unpacked/atlas/0001.png").read_bytes()
+    done = run(
+        "fvvmux", "--meshes", "unpacked/meshes/%04d.obj", "--force", "-o", "unpacked/atlas/0001.png", code=1
+    )
+    assert "is unpacked/atlas/0001.png, which this run reads" in done.stderr
+    assert pathlib.Path("unpacked/atlas/0001.png").read_bytes() == before
+
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+FACES = ("f 1/1 2/2 3/3\n", "f 1/1 3/3 4/4\n")
+
+
+@pytest.mark.parametrize(
+    "picture", ["a b.png", "./t/a.png", r"t\a.png", "../beside/a.png", "-s 1 1 1 -clamp on a.png"]
+)
+def test_places_of_a_picture_of_an_mtl(place, picture):
+    for file in "a b.png", "t/a.png", "a.png", "../beside/a.png":
+        path = place / "m" / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(PNG)
+    pathlib.Path("m/my scan.mtl").write_text(f"newmtl my skin\r\nmap_Kd {picture}\r\n")
+    pathlib.Path("m/a.obj").write_text("mtllib my scan.mtl\n" + SQUARE + "usemtl my skin\n" + "".join(FACES))
+    assert described("--meshes", "m/a.obj")["atlas"] == {"embedded": True}
+
+
+@pytest.mark.parametrize(
+    ("library", "picture", "message"),
+    [
+        (
+            "../a.mtl",
+            "a.png",
+            'm/a.obj: expected the library of mtllib below the folder of the file, found "../a.mtl"',
+        ),
+        (
+            "out.mtl",
+            "a.png",
+            'm/a.obj: expected the library of mtllib below the folder of the file, found "out.mtl"',
+        ),
+        ("none.mtl", "a.png", 'm/a.obj: expected the library "none.mtl" of mtllib, which is missing'),
+        (
+            "a.mtl",
+            "../a.png",
+            'm/a.mtl: expected a picture below the folder of m/a.obj or in one beside it, found "../a.png"',
+        ),
+        ("a.mtl", "away/../out.png", "m/a.mtl: expected a picture below the folder of m/a.obj"),
+        ("a.mtl", "../../a/a.png", "m/a.mtl: expected a picture below the folder of m/a.obj"),
+        ("a.mtl", "../a/b/a.png", "m/a.mtl: expected a picture below the folder of m/a.obj"),
+        (
+            "a.mtl",
+            "out.png",
+            'm/a.mtl: expected a picture below the folder of m/a.obj or in one beside it, found "out.png"',
+        ),
+        (
+            "a.mtl",
+            "/a.png",
+            "m/a.mtl:2: expected a picture below the folder of the OBJ file or in one beside it",
+        ),
+        (
+            "a.mtl",
+            r"C:\a.png",
+            'm/a.mtl:2: expected a picture below the folder of the OBJ file or in one beside it, found "C:/a.png"',
+        ),
+        ("a.mtl", "-s 2 1 1 a.png", 'm/a.mtl:2: expected a picture as it is, found -s with "2"'),
+        (
+            "a.mtl",
+            "-z a.png",
+            'm/a.mtl:2: expected the name of a picture after map_Kd, found the unknown option "-z"',
+        ),
+        ("a.mtl", "none.png", 'm/a.obj: expected the picture "m/none.png" of map_Kd, which is missing'),
+    ],
+)
+def test_an_mtl_that_leads_elsewhere(place, library, picture, message):
+    pathlib.Path("m/d/e").mkdir(parents=True)
+    pathlib.Path("m/away").symlink_to("d/e")
+    pathlib.Path("m/a.mtl").write_text(f"newmtl a\nmap_Kd {picture}\n")
+    shutil.copy("m/a.mtl", "a.mtl")
+    pathlib.Path("m/out.mtl").symlink_to(place / "a.mtl")
+    for name in "a.png", "m/a.png":
+        pathlib.Path(name).write_bytes(PNG)
+    pathlib.Path("m/out.png").symlink_to(place / "a.png")
+    pathlib.Path("m/a.obj").write_text(f"mtllib {library}\n" + SQUARE + "usemtl a\n" + "".join(FACES))
+    done = run("fvvmux", "--meshes", "m/a.obj", "-o", "x.fvv", code=1)
+    assert message in done.stderr
+    run("fvvmux", "--meshes", "m/a.obj", "--atlas", "a.png", "-o", "x.fvv")
+
+
+def test_materials_of_an_obj_that_are_no_atlas(place):
+    pathlib.Path("a.mtl").write_text(
+        "newmtl a\nmap_Kd a.png\nnewmtl b\nmap_Kd b.png\nnewmtl plain\nKd 1 0 0\n"
+    )
+    for uses, found in (("a", "b"), "a.png and b.png"), (("a", "plain"), "a.png and none"):
+        parts = "".join(f"usemtl {name}\n{face}" for name, face in zip(uses, FACES))
+        pathlib.Path("a.obj").write_text("mtllib a.mtl\n" + SQUARE + parts)
+        done = run("fvvmux", "--meshes", "a.obj", "-o", "x.fvv", code=1)
+        assert f"a.obj: expected one picture (map_Kd) for all faces, found {found}: bake one" in done.stderr
+    # A material that no face uses does not matter, and colours alone are no picture.
+    pathlib.Path("a.obj").write_text("mtllib a.mtl\nusemtl a\n" + SQUARE + "usemtl plain\n" + "".join(FACES))
+    assert "atlas" not in json.loads(run("fvvmux", "--meshes", "a.obj", "--write-capture", "-").stdout)
+    done = run("fvvmux", "--meshes", "a.obj", "--atlas", "embedded", "-o", "x.fvv", code=1)
+    assert "a.obj: expected faces of a material with map_Kd, found none" in done.stderr
+
+
 def test_an_animated_gltf_file_has_frames_of_its_own(place):
     pathlib.Path("100%.gltf").write_text(triangles(0, animated=True))
     document = described("--meshes", "100%%.gltf", "--fps", 10)
@@ -261,7 +383,7 @@ def test_a_missing_frame_is_named(sequence):
         (["--meshes", "f/%04s.obj"], 2, "--meshes: expected %d, %0Nd"),
         (["--meshes", "f/%04d.stl"], 2, "--meshes: expected files .obj, .ply, .drc, .draco, .glb or .gltf"),
         (["f", "--atlas", "f/%04d.png"], 2, "--atlas: expected --meshes too"),
-        (["--meshes", "f/%04d.obj", "--atlas", "embedded"], 2, "--atlas: expected embedded for .glb"),
+        (["--meshes", "f/%04d.ply", "--atlas", "embedded"], 2, "--atlas: expected embedded for .glb"),
         (["--meshes", "f/%04d.obj", "--pictures", "a.png"], 2, "--pictures: expected {name} or {id}"),
         (["--meshes", "f/%04d.obj", "--masks", "{id}.png"], 2, "--masks: expected a folder with a calibr"),
         (["--meshes", "f/%04d.obj", "--fps", "29.97"], 2, "--fps: expected frames per second like 25 or"),

@@ -10,7 +10,8 @@ namespace fvv::scene {
 struct Inputs {
   // Patterns of spec/capture.md, relative to the working folder; of pictures and masks with {name} or {id} of
   // the camera. A name of the atlas, of pictures or masks that ends in .mp4, .mov, .mkv, .webm or .avi is a
-  // video, which begins with the first frame. atlas: also "embedded", the base colour images of glTF files.
+  // video, which begins with the first frame. atlas: also "embedded", the pictures that glTF and OBJ files
+  // bring, or "none"; absent: embedded, where there are such pictures and no cameras.
   std::string meshes, atlas, pictures, masks;
   std::optional<fvv_rational> frame_duration; // seconds; else 1/25
   // As in capture.json. Default: those of glTF where meshes are glTF and there is no calibration, else

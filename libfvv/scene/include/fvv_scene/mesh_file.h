@@ -14,6 +14,7 @@
 #include "fvv_geometry/mesh.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,11 +43,22 @@ constexpr uint64_t max_mesh_file = uint64_t(1) << 30;
 // all vertices of the file.
 //
 // OBJ: v (3 or 4 numbers, 6 or 7 with colours; weight and colour are dropped), f (v, v/vt, v//vn, v/vt/vn,
-// negative indices, vertices defined later), vt (v points up), vn, comments, line continuation. Groups,
-// materials and display attributes are skipped; free-form curves and surfaces, included files and unknown
-// keywords are errors.
+// negative indices, vertices defined later), vt (v points up), vn, comments, line continuation. Groups and
+// display attributes are skipped; free-form curves and surfaces, included files and unknown keywords are
+// errors. Materials: parse_obj_materials.
 Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr, bool texture = false, bool normals = false);
+
+// The files that the faces of an OBJ file take their colours from.
+struct ObjMaterials {
+  std::vector<std::string> libraries; // .mtl files, as paths; none where no face has a material
+  std::optional<std::string>
+      picture; // map_Kd of the materials of all faces, as a path; none where they have none
+};
+// name: also the path in whose folder, or below, the libraries are. The picture is there too, or directly in
+// a folder beside that. Unlike pictures, and a picture for some faces only, are an error.
+ObjMaterials parse_obj_materials(std::string_view bytes, const std::string &name);
+
 // PLY 1.0, ascii, binary_little_endian and binary_big_endian: element vertex with x, y, z; element face with
 // list vertex_indices or vertex_index. Texture coordinates, v up: the first of a list texcoord of the faces
 // (u v for each corner), texture_u and texture_v, s and t, u and v of the vertices; faces of unlike texnumber
@@ -73,6 +85,11 @@ Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limit
 // The bytes of the base colour image (PNG or JPEG, not decoded) of all that the default scene
 // of a glTF file draws: out of the file, or of a file in its folder or below.
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
+
+// The picture that a mesh file brings, PNG, JPEG or OpenEXR, not decoded: parse_gltf_picture, or the file
+// that parse_obj_materials finds. Error for other formats, and where there is none.
+std::string read_mesh_picture(const std::string &path);
+bool may_bring_picture(const std::string &path); // by its extension: glTF and OBJ
 
 // Reads .obj, .ply, .drc or .draco, .glb or .gltf by the extension (any case) of path; other extensions are
 // an error.
