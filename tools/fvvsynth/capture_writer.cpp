@@ -9,6 +9,7 @@
 #include "fvv_media/sound.h"
 #include "fvv_render/ray_visibility.h"
 #include "fvv_scene/environment.h"
+#include "fvv_scene/text.h"
 #include "fvvsynth/atlas.h"
 #include "fvvsynth/look.h"
 #include "fvvsynth/remesh.h"
@@ -20,7 +21,6 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
-#include <numeric>
 #include <optional>
 #include <string>
 
@@ -416,25 +416,11 @@ hull::Grid hull_grid(size_t cells) {
 }
 
 FrameRate parse_frame_rate(const std::string &text) {
-  unsigned long long parts[2] = {0, 1};
-  size_t part = 0;
-  bool digit = false, good = true;
-  for (const char c : text) {
-    if (c >= '0' && c <= '9') {
-      if (!digit) parts[part] = 0;
-      digit = true;
-      parts[part] = std::min(parts[part] * 10 + unsigned(c - '0'), 1ull << 32);
-    } else {
-      good = good && c == '/' && digit && part == 0;
-      digit = false;
-      part = 1;
-    }
-  }
-  const unsigned long long common = std::gcd(parts[0], parts[1]);
-  if (!good || !digit || parts[0] == 0 || parts[1] == 0 || std::max(parts[0], parts[1]) > UINT32_MAX)
-    throw Error("--fps: expected a number like 25 or a fraction like 30000/1001, found \"" + text + "\"",
+  const std::optional<fvv_rational> rate = scene::parse_rational(text);
+  if (!rate || !rate->numerator)
+    throw Error("--fps: expected a number like 25 or a fraction like 30000/1001, found " + scene::quote(text),
                 Error::usage);
-  return {uint32_t(parts[0] / common), uint32_t(parts[1] / common)};
+  return {rate->numerator, rate->denominator};
 }
 
 void write_capture(const Scene &scene, const Recording &recording, cli::OutputFolder &folder) {
