@@ -177,6 +177,48 @@ TEST_CASE("degenerate meshes and rays meet nothing, and of coincident faces the 
   CHECK(RayCaster(same.mesh()).nearest({0.25, 0.25, 0}, {0, 0, 1}, 0, 9).face == 0);
 }
 
+TEST_CASE("rays from one place are blocked as rays from anywhere are") {
+  Random random(7);
+  const auto place = [&](double extent) {
+    return Vec3{random.between(-extent, extent), random.between(-extent, extent),
+                random.between(-extent, extent)};
+  };
+  size_t blocked = 0, free = 0;
+  for (const size_t count : {1u, 64u, 3000u})
+    for (const bool has_walls : {false, true}) {
+      Triangles triangles = soup(count, count);
+      if (has_walls) // as large as all others together
+        for (int i = 0; i < 12; i++) {
+          for (int c = 0; c < 3; c++) {
+            const Vec3 corner = place(2);
+            for (const double value : {corner.x, corner.y, corner.z})
+              triangles.positions.push_back(float(value));
+            triangles.faces.push_back(uint32_t(triangles.faces.size()));
+          }
+        }
+      const size_t faces = triangles.faces.size() / 3;
+      const RayCaster rays(triangles.mesh());
+      // Beside the mesh, above it, and within it.
+      for (const Vec3 from : {Vec3{5, 0.5, -4}, Vec3{0, 9, 0}, Vec3{0.1, 0.2, 0.3}}) {
+        const RayFan fan(from, triangles.mesh(), rays);
+        for (size_t i = 0; i < 3000; i++) {
+          const uint32_t except = i % 3 ? no_face : uint32_t(i % faces);
+          // To anywhere, also away from the mesh; to a corner, and to the middle of a face.
+          Vec3 to = place(i % 2 ? 1.5 : 12);
+          if (i % 4 == 0) to = triangles.corner(i % faces, i % 3);
+          if (i % 4 == 2)
+            to = mix(triangles.corner(i % faces, 0),
+                     mix(triangles.corner(i % faces, 1), triangles.corner(i % faces, 2), 0.5), 2.0 / 3);
+          const bool expected = rays.blocked(from, to, except);
+          REQUIRE(fan.blocked(to, except) == expected);
+          ++(expected ? blocked : free);
+        }
+      }
+    }
+  CHECK(blocked > 10000);
+  CHECK(free > 10000);
+}
+
 TEST_CASE("visibility of faces and vertices is what trying all faces finds", "[long]") {
   Settings settings = seven_cameras();
   settings.cameras = 2;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 
 namespace fvv::synth {
@@ -18,6 +19,13 @@ const std::array<float, 256> linear = [] {
   for (size_t i = 0; i < 256; i++) table[i] = float(double(i * i) / (255.0 * 255.0));
   return table;
 }();
+
+double power_of_two(int exponent) {
+  const uint64_t bits = uint64_t(1023 + exponent) << 52;
+  double out;
+  std::memcpy(&out, &bits, sizeof out);
+  return out;
+}
 
 } // namespace
 
@@ -59,8 +67,8 @@ Texture::Texture(double width, double height, double texel, const std::function<
 Rgb Texture::bilinear(const Level &level, double column, double row) const {
   const double x = std::clamp(column, 0.0, double(level.columns - 1)),
                y = std::clamp(row, 0.0, double(level.rows - 1));
-  const size_t left = size_t(x), top = size_t(y);
-  const float u = float(x - double(left)), v = float(y - double(top));
+  const uint32_t left = uint32_t(x), top = uint32_t(y);
+  const float u = float(x - left), v = float(y - top);
   const size_t right = left + 1 < level.columns ? 3 : 0, below = top + 1 < level.rows ? 3 * level.columns : 0;
   const uint8_t *p = &level.rgb[3 * (top * level.columns + left)];
   const auto channel = [&](size_t c) {
@@ -73,16 +81,20 @@ Rgb Texture::bilinear(const Level &level, double column, double row) const {
 }
 
 Rgb Texture::at(double s, double t, double footprint) const {
-  // The binary logarithm with its fraction taken as linear: smooth enough between levels.
-  int exponent = 0;
-  const double mantissa = std::frexp(std::max(1.0, footprint / spacing), &exponent);
-  const double scale = std::min(double(levels.size() - 1), exponent - 1 + (2 * mantissa - 1));
-  const size_t fine = size_t(scale);
-  const auto on = [&](size_t level) {
-    const double texel = std::ldexp(spacing, int(level));
-    return bilinear(levels[level], s / texel - 0.5, t / texel - 0.5);
+  // The binary logarithm with its fraction taken as linear: smooth enough between levels. Numbers are taken
+  // apart here, because std::frexp and std::ldexp took a tenth of the time.
+  const double texels = std::max(1.0, footprint / spacing);
+  uint64_t bits;
+  std::memcpy(&bits, &texels, sizeof bits);
+  const int exponent = int(bits >> 52) - 1023;
+  const double scale = std::min(double(levels.size() - 1), exponent + (texels / power_of_two(exponent) - 1));
+  const int fine = int(scale);
+  const double column = s / spacing, row = t / spacing;
+  const auto on = [&](int level) {
+    const double smaller = power_of_two(-level);
+    return bilinear(levels[size_t(level)], column * smaller - 0.5, row * smaller - 0.5);
   };
-  const double between = scale - double(fine);
+  const double between = scale - fine;
   return between > 0 ? mix(on(fine), on(fine + 1), between) : on(fine);
 }
 

@@ -16,7 +16,9 @@ constexpr uint32_t ball_division = 10; // 2,000 triangles
 
 constexpr double texel_at_960 = 0.006; // metres of the floor's finest detail, for pictures 960 wide
 // The hoop throws long shadows: a map of 7.4 m.
-constexpr double game_shadow_cell = 0.0165;
+constexpr double game_shadow_cell = 0.0165, contact_cell = 0.0125;
+// Of a lamp's light: a tenth of a display value. Sums of the blur leave as much where nothing is.
+constexpr float invisible = 1.0f / 2048;
 // Where soles and the ball come near the floor, the surroundings' light does not reach it: what is lower than
 // this shades what is right below it. Not quite vertical, because a camera that looks down has no side up.
 struct ContactShadow {
@@ -173,7 +175,7 @@ Moment Scene::at(double seconds) const {
     for (const Lamp &lamp : lamps) moment.shadows.emplace_back(mesh, lamp);
     return moment;
   }
-  for (const Lamp &lamp : lamps) moment.shadows.emplace_back(mesh, lamp, game_shadow_cell);
+  for (const Lamp &lamp : lamps) moment.shadows.emplace_back(mesh, lamp, game_shadow_cell, invisible);
   for (const ContactShadow &contact : contacts) {
     std::vector<uint32_t> low;
     const auto height = [&](uint32_t v) { return double(moment.positions[3 * v + 1]); };
@@ -183,7 +185,7 @@ Moment Scene::at(double seconds) const {
         low.insert(low.end(), v, v + 3);
     }
     const render::Mesh near_floor = {moment.positions.data(), vertex_count(), low.data(), low.size() / 3};
-    moment.shadows.emplace_back(near_floor, contact.lamp);
+    moment.shadows.emplace_back(near_floor, contact.lamp, contact_cell, invisible);
   }
   return moment;
 }
@@ -195,13 +197,35 @@ render::Reflectance Scene::reflectance(uint32_t face, Vec3 at) const {
   return hoop_reflectance(at);
 }
 
+Scene::Facing Scene::facing_faces(const Moment &moment, Vec3 eye) const {
+  Facing out;
+  out.corners.reserve(all_faces.size() / 2);
+  out.numbers.reserve(all_faces.size() / 6);
+  const auto point = [&](uint32_t v) {
+    const float *p = &moment.positions[size_t(3) * v];
+    return Vec3{p[0], p[1], p[2]};
+  };
+  for (size_t i = 0; i < all_faces.size(); i += 3) {
+    const Vec3 a = point(all_faces[i]);
+    const Vec3 normal = cross(point(all_faces[i + 1]) - a, point(all_faces[i + 2]) - a);
+    if (!(dot(normal, eye - a) > 0)) continue;
+    out.corners.insert(out.corners.end(), &all_faces[i], &all_faces[i] + 3);
+    out.numbers.push_back(uint32_t(i / 3));
+  }
+  return out;
+}
+
 render::LitPicture Scene::light(size_t number, const Moment &moment, render::SampleBuffer &buffer,
                                 std::optional<uint32_t> part) const {
-  const render::Mesh mesh = {moment.positions.data(), vertex_count(), all_faces.data(), all_faces.size() / 3};
   const render::Attributes attributes = {moment.normals.data(), texture.data(), exposure.data()};
-  const auto material = [&](uint32_t face, Vec3 at) { return reflectance(face, at); };
   const auto seen = [&](const render::Projection &projection, render::LightField background) {
-    for (const Shadow &shadow : moment.shadows) shadow.cast(projection, background);
+    Shadow::cast(moment.shadows, projection, background);
+    const Facing facing = match ? facing_faces(moment, projection.centre()) : Facing();
+    const std::vector<uint32_t> &drawn = match ? facing.corners : all_faces;
+    const render::Mesh mesh = {moment.positions.data(), vertex_count(), drawn.data(), drawn.size() / 3};
+    const auto material = [&](uint32_t face, Vec3 at) {
+      return reflectance(match ? facing.numbers[face] : face, at);
+    };
     return render::illuminate(projection, mesh, attributes, material, light_of_day, std::move(background),
                               buffer, part);
   };

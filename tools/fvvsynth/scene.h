@@ -79,6 +79,13 @@ public:
   uint32_t paint_key() const { return studio_key; }
 
 private:
+  // Half the faces of closed surfaces are behind the others for each camera, and need not be drawn.
+  struct Facing {
+    std::vector<uint32_t> corners; // of the faces that turn their front to a place
+    std::vector<uint32_t> numbers; // of these among all
+  };
+  Facing facing_faces(const Moment &moment, Vec3 eye) const;
+
   Settings wanted;
   Random random;
   std::array<Look, 2> looks;

@@ -8,12 +8,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace fvv::synth {
 
 namespace {
 
 constexpr uint32_t map_side = 448;
+constexpr uint32_t coarse_side = 8;   // of the map's squares that are known to block some light or none
 constexpr double lamp_distance = 100; // to the lamp, so far that its rays are nearly parallel
 
 fvv_camera at_lamp(Vec3 towards, double cell) {
@@ -50,7 +52,7 @@ void blur(std::vector<float> &map, int n, size_t stride) {
 
 } // namespace
 
-Shadow::Shadow(const render::Mesh &mesh, const Lamp &lamp, double map_cell)
+Shadow::Shadow(const render::Mesh &mesh, const Lamp &lamp, double map_cell, float least)
     : light(lamp), cell(map_cell), view(at_lamp(lamp.towards, map_cell)) {
   render::SampleBuffer buffer(map_side, map_side, 1);
   render::rasterise(view, mesh, buffer);
@@ -67,13 +69,18 @@ Shadow::Shadow(const render::Mesh &mesh, const Lamp &lamp, double map_cell)
   top = double(buffer.drawn.top) - rim;
   right = double(buffer.drawn.right) + rim;
   bottom = double(buffer.drawn.bottom) + rim;
+  any.resize(size_t(map_side / coarse_side) * (map_side / coarse_side));
+  for (size_t y = 0; y < map_side; y++)
+    for (size_t x = 0; x < map_side; x++)
+      if (blocked[y * map_side + x] > least)
+        any[y / coarse_side * (map_side / coarse_side) + x / coarse_side] = 1;
 }
 
 double Shadow::covered(Vec3 on_floor) const {
   const Vec3 pixel = view.to_pixel(view.to_camera(on_floor));
   const double u = pixel.x / pixel.z - 0.5, v = pixel.y / pixel.z - 0.5;
   if (!(u >= 0 && v >= 0 && u < map_side - 1 && v < map_side - 1)) return 0;
-  const size_t x = size_t(u), y = size_t(v);
+  const uint32_t x = uint32_t(u), y = uint32_t(v);
   const float *p = &blocked[y * map_side + x];
   const double fu = u - double(x), fv = v - double(y);
   const double upper = double(p[0]) + double(p[1] - p[0]) * fu;
@@ -81,11 +88,11 @@ double Shadow::covered(Vec3 on_floor) const {
   return upper + (lower - upper) * fv;
 }
 
-void Shadow::cast(const render::Projection &camera, render::LightField &picture) const {
-  // The rectangle of the picture that shows the floor under the map's; if part of it is not seen, all.
-  const Vec3 lamp = view.centre(), eye = camera.centre();
+// The part of a picture that shows the floor below this, as far as the map's margins allow to say; all where
+// part of it is not seen.
+Shadow::Rectangle Shadow::shown(const render::Projection &camera) const {
+  const Vec3 lamp = view.centre();
   double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
-  bool seen = true;
   constexpr int parts = 8; // lenses bend its sides
   for (int j = 0; j <= parts; j++)
     for (int i = 0; i <= parts; i++) {
@@ -93,23 +100,80 @@ void Shadow::cast(const render::Projection &camera, render::LightField &picture)
           view.ray(left + (right - left) * i / parts, top + (bottom - top) * j / parts));
       const Vec3 pixel = camera.to_pixel(camera.to_camera(lamp + ray * (-lamp.y / ray.y)));
       const double at[2] = {pixel.x / pixel.z, pixel.y / pixel.z};
-      seen = seen && pixel.z > 0 && std::isfinite(at[0]) && std::isfinite(at[1]);
-      for (int axis = 0; axis < 2 && seen; axis++) {
+      if (!(pixel.z > 0 && std::isfinite(at[0]) && std::isfinite(at[1])))
+        return {0, 0, camera.width(), camera.height()};
+      for (int axis = 0; axis < 2; axis++) {
         low[axis] = std::min(low[axis], at[axis] - 4);
         high[axis] = std::max(high[axis], at[axis] + 4);
       }
     }
   const double width = camera.width(), height = camera.height();
   const auto bound = [&](double value, double side) { return uint32_t(std::clamp(value, 0.0, side)); };
-  const uint32_t x0 = seen ? bound(low[0], width) : 0, x1 = seen ? bound(high[0], width) : camera.width();
-  const uint32_t y0 = seen ? bound(low[1], height) : 0, y1 = seen ? bound(high[1], height) : camera.height();
-  for (uint32_t y = y0; y < y1; y++)
-    for (uint32_t x = x0; x < x1; x++) {
-      const Vec3 way = camera.to_world_direction(camera.ray(x + 0.5, y + 0.5));
-      if (!(way.y < 0)) continue;
-      const float kept = float(1 - light.share * covered(eye + way * (-eye.y / way.y)));
-      float *colour = &picture[3 * (size_t(y) * camera.width() + x)];
-      for (int i = 0; i < 3; i++) colour[i] *= kept;
+  return {bound(low[0], width), bound(low[1], height), bound(high[0], width), bound(high[1], height)};
+}
+
+// Whether any light may be blocked between four places of the floor.
+bool Shadow::reaches(const std::array<Vec3, 4> &corners) const {
+  double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
+  for (const Vec3 corner : corners) {
+    const Vec3 pixel = view.to_pixel(view.to_camera(corner));
+    const double at[2] = {pixel.x / pixel.z, pixel.y / pixel.z};
+    for (int axis = 0; axis < 2; axis++) {
+      low[axis] = std::min(low[axis], at[axis]);
+      high[axis] = std::max(high[axis], at[axis]);
+    }
+  }
+  // A lens bends the sides between the corners, and covered() takes neighbours.
+  const auto cell_of = [](double at) {
+    return uint32_t(std::clamp(at, 0.0, double(map_side - 1))) / coarse_side;
+  };
+  constexpr double room = 4;
+  for (uint32_t y = cell_of(low[1] - room); y <= cell_of(high[1] + room); y++)
+    for (uint32_t x = cell_of(low[0] - room); x <= cell_of(high[0] + room); x++)
+      if (any[y * (map_side / coarse_side) + x]) return true;
+  return false;
+}
+
+void Shadow::cast(const std::vector<Shadow> &shadows, const render::Projection &camera,
+                  render::LightField &picture) {
+  std::vector<Rectangle> rectangles;
+  for (const Shadow &shadow : shadows) rectangles.push_back(shadow.shown(camera));
+  const Vec3 eye = camera.centre();
+  const auto floor_at = [&](double u, double v) {
+    const Vec3 way = camera.to_world_direction(camera.ray(u, v));
+    return way.y < 0 ? eye + way * (-eye.y / way.y) : Vec3{0, std::numeric_limits<double>::infinity(), 0};
+  };
+  constexpr uint32_t tile = 16;
+  std::vector<std::pair<const Shadow *, Rectangle>> near; // what may reach a tile, and the part of it
+  for (uint32_t top = 0; top < camera.height(); top += tile)
+    for (uint32_t left = 0; left < camera.width(); left += tile) {
+      const uint32_t right = std::min(left + tile, camera.width()),
+                     bottom = std::min(top + tile, camera.height());
+      near.clear();
+      std::optional<std::array<Vec3, 4>> corners;
+      for (size_t i = 0; i < shadows.size(); i++) {
+        const Rectangle &all = rectangles[i];
+        const Rectangle here = {std::max(left, all.left), std::max(top, all.top), std::min(right, all.right),
+                                std::min(bottom, all.bottom)};
+        if (here.left >= here.right || here.top >= here.bottom) continue;
+        if (!corners)
+          corners = {floor_at(left, top), floor_at(right, top), floor_at(left, bottom),
+                     floor_at(right, bottom)};
+        const bool whole = std::all_of(corners->begin(), corners->end(), [](Vec3 p) { return p.y < 1; });
+        if (!whole || shadows[i].reaches(*corners)) near.emplace_back(&shadows[i], here);
+      }
+      if (near.empty()) continue;
+      for (uint32_t y = top; y < bottom; y++)
+        for (uint32_t x = left; x < right; x++) {
+          const Vec3 place = floor_at(x + 0.5, y + 0.5);
+          if (!(place.y < 1)) continue;
+          float *colour = &picture[3 * (size_t(y) * camera.width() + x)];
+          for (const auto &[shadow, part] : near) {
+            if (x < part.left || x >= part.right || y < part.top || y >= part.bottom) continue;
+            const float kept = float(1 - shadow->light.share * shadow->covered(place));
+            for (int i = 0; i < 3; i++) colour[i] *= kept;
+          }
+        }
     }
 }
 
@@ -443,8 +507,8 @@ Rgb Studio::wall(Vec3 from, Vec3 direction, double footprint_per_metre, double b
   return walls[positive ? 2 : 3].at(room_length / 2 + (positive ? -at.x : at.x), at.y, footprint);
 }
 
-// pixel: metres that a sample covers at 1 m.
-Rgb Studio::at(Vec3 eye, Vec3 direction, double pixel) const {
+// pixel: metres that a sample covers at 1 m. reflection: in the varnish; found where it is not known.
+Rgb Studio::at(Vec3 eye, Vec3 direction, double pixel, std::optional<Rgb> &reflection) const {
   const double t = direction.y < 0 ? -eye.y / direction.y : std::numeric_limits<double>::infinity();
   const Vec3 at = eye + direction * t;
   if (!(std::abs(at.x) < room_length / 2 && std::abs(at.z) < room_width / 2))
@@ -457,8 +521,8 @@ Rgb Studio::at(Vec3 eye, Vec3 direction, double pixel) const {
   // Varnish mirrors the walls, blurred, the more the flatter the view (Schlick, "An inexpensive BRDF model
   // for physically-based rendering", 1994).
   const double flat = 1 - slope, mirrored = 0.03 + 0.55 * flat * flat * flat * flat * flat;
-  const Rgb reflection = wall(at, {direction.x, -direction.y, direction.z}, 0.06, 0.10);
-  return mix(boards, reflection, mirrored);
+  if (!reflection) reflection = wall(at, {direction.x, -direction.y, direction.z}, 0.06, 0.10);
+  return mix(boards, *reflection, mirrored);
 }
 
 render::LightField Studio::seen(const render::Projection &camera, size_t own, render::SampleBuffer &buffer,
@@ -470,9 +534,13 @@ render::LightField Studio::seen(const render::Projection &camera, size_t own, re
   const double middle_x = camera.width() / 2.0, middle_y = camera.height() / 2.0;
   const double pixel =
       length(camera.ray(middle_x + 0.5, middle_y) - camera.ray(middle_x - 0.5, middle_y)) / samples;
+  // Of a pixel. It is so blurred that in the game, whose moving camera sees other places in each frame,
+  // one place decides for all.
+  std::optional<Rgb> reflection;
   const auto from = [&](uint32_t x, uint32_t y, uint32_t place) {
+    if (place == 0 || !ceiling) reflection.reset();
     const double u = x + (place % samples + 0.5) / samples, v = y + (place / samples + 0.5) / samples;
-    return at(eye, camera.to_world_direction(camera.ray(u, v)), pixel);
+    return at(eye, camera.to_world_direction(camera.ray(u, v)), pixel, reflection);
   };
   for (uint32_t y = 0; y < camera.height(); y++)
     for (uint32_t x = 0; x < camera.width(); x++) {

@@ -23,19 +23,27 @@ struct Lamp {
 // surfaces", 1978) of the mesh in the light of a distant lamp, for the plane y = 0 alone.
 class Shadow {
 public:
-  // cell: metres of a pixel of the map, which has its middle at (0, 0.8, 0) and 448 x 448 pixels.
-  Shadow(const render::Mesh &mesh, const Lamp &lamp, double cell = 0.0125);
+  // cell: metres of a pixel of the map, which has its middle at (0, 0.8, 0) and 448 x 448 pixels. least: of
+  // the light that is blocked; less is none.
+  Shadow(const render::Mesh &mesh, const Lamp &lamp, double cell = 0.0125, float least = 0);
   // Darkens what camera sees of the floor. Objects on it are drawn afterwards.
-  void cast(const render::Projection &camera, render::LightField &picture) const;
+  static void cast(const std::vector<Shadow> &shadows, const render::Projection &camera,
+                   render::LightField &picture);
 
 private:
+  struct Rectangle { // of pixels, right and bottom excluded
+    uint32_t left, top, right, bottom;
+  };
   double covered(render::Vec3 on_floor) const;
+  Rectangle shown(const render::Projection &camera) const;
+  bool reaches(const std::array<render::Vec3, 4> &corners) const;
 
   Lamp light;
   double cell;
   render::Projection view;         // of the lamp
   std::vector<float> blocked;      // share of the light for each of its pixels
   double left, top, right, bottom; // where any is blocked
+  std::vector<uint8_t> any;        // whether any is, for squares of the map
 };
 
 using render::Rgb;
@@ -107,7 +115,7 @@ public:
 private:
   Rgb above(Vec3 from, Vec3 direction, double footprint_per_metre, double blur) const;
   Rgb wall(Vec3 from, Vec3 direction, double footprint_per_metre, double blur) const;
-  Rgb at(Vec3 eye, Vec3 direction, double pixel) const;
+  Rgb at(Vec3 eye, Vec3 direction, double pixel, std::optional<Rgb> &reflection) const;
 
   render::Light light;
   std::vector<size_t> tripods; // number of each camera among those of props, or SIZE_MAX

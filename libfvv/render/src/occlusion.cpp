@@ -104,7 +104,7 @@ bool DepthMap::hidden(Vec3 point, Vec3 face_normal) const {
 }
 
 bool hidden_by_rays(Vec3 centre, Vec3 point, uint32_t face, const RayCaster &rays) {
-  return rays.blocked(centre, mix(point, centre, ray_start), face);
+  return rays.blocked(centre, before(centre, point), face);
 }
 
 } // namespace fvv::render

@@ -9,20 +9,41 @@
 
 namespace fvv::render {
 
-uint8_t to_display(double linear) {
-  return uint8_t(std::floor(std::sqrt(std::clamp(linear, 0.0, 1.0)) * 255 + 0.5));
-}
-
 namespace {
 
-Vec3 interpolated(const float *values, const uint32_t *index, const std::array<double, 3> &weight) {
-  Vec3 sum;
-  for (int i = 0; i < 3; i++) {
+using Corners = std::array<Vec3, 3>;
+
+Corners corners_of(const float *values, const uint32_t *index) {
+  Corners out;
+  for (size_t i = 0; i < 3; i++) {
     const float *v = values + size_t(3) * index[i];
-    sum += Vec3{v[0], v[1], v[2]} * weight[size_t(i)];
+    out[i] = {v[0], v[1], v[2]};
   }
+  return out;
+}
+
+Vec3 interpolated(const Corners &values, const std::array<double, 3> &weight) {
+  Vec3 sum;
+  for (size_t i = 0; i < 3; i++) sum += values[i] * weight[i];
   return sum;
 }
+
+// What the samples of one face have in common.
+struct Facet {
+  uint32_t face;
+  FaceInterpolator interpolator;
+  Corners normals, positions, texture;
+  std::array<double, 3> exposure;
+
+  Facet(const Projection &camera, const Mesh &mesh, const Attributes &attributes, uint32_t number)
+      : face(number), interpolator(camera, mesh, number) {
+    const uint32_t *index = mesh.faces + size_t(3) * number;
+    normals = corners_of(attributes.normals, index);
+    positions = corners_of(mesh.positions, index);
+    texture = corners_of(attributes.texture, index);
+    for (size_t k = 0; k < 3; k++) exposure[k] = double(attributes.exposure[index[k]]);
+  }
+};
 
 // Lambert's law for lamp and surroundings (hemisphere light), and Blinn's highlight with exponent 32.
 Rgb lit(const Reflectance &surface, Vec3 normal, Vec3 towards_eye, double exposure, const Light &light) {
@@ -55,15 +76,15 @@ LitPicture illuminate(const Projection &camera, const Mesh &mesh, const Attribut
   picture.depth.resize(pixels, std::numeric_limits<float>::infinity());
   const uint32_t n = buffer.samples;
   const Vec3 eye = camera.centre();
+  std::optional<Facet> facet; // that of the last sample, which most samples share with the one before
   const auto shaded = [&](uint32_t face, double u, double v) {
-    const auto weight = barycentric(camera, mesh, face, u, v);
-    const uint32_t *index = mesh.faces + size_t(3) * face;
-    const Vec3 normal = normalised(interpolated(attributes.normals, index, weight));
-    const Vec3 towards_eye = normalised(eye - interpolated(mesh.positions, index, weight));
+    if (!facet || facet->face != face) facet.emplace(camera, mesh, attributes, face);
+    const auto weight = facet->interpolator.at(camera.ray(u, v));
+    const Vec3 normal = normalised(interpolated(facet->normals, weight));
+    const Vec3 towards_eye = normalised(eye - interpolated(facet->positions, weight));
     double exposure = 0;
-    for (size_t k = 0; k < 3; k++) exposure += weight[k] * double(attributes.exposure[index[k]]);
-    return lit(material(face, interpolated(attributes.texture, index, weight)), normal, towards_eye, exposure,
-               light);
+    for (size_t k = 0; k < 3; k++) exposure += weight[k] * facet->exposure[k];
+    return lit(material(face, interpolated(facet->texture, weight)), normal, towards_eye, exposure, light);
   };
   const SampleBuffer::Extent &drawn = buffer.drawn;
   std::array<uint32_t, 49> covering{}; // numbers of the samples of a pixel that the mesh covers

@@ -100,8 +100,9 @@ Vec3 Projection::through_lens(Vec3 camera) const {
 }
 
 Vec3 Projection::interpolated_ray(double u, double v) const {
-  const double x = std::clamp(std::floor(u), 0.0, width() - 1.0),
-               y = std::clamp(std::floor(v), 0.0, height() - 1.0);
+  // Not std::floor: without SSE4.1 it is a call of a function.
+  const auto whole = [](double at, uint32_t side) { return at > 0 ? std::min(uint32_t(at), side - 1) : 0; };
+  const uint32_t x = whole(u, width()), y = whole(v, height());
   const size_t stride = size_t(width()) + 1;
   const Vec3 *corner = &corner_rays[size_t(y) * stride + size_t(x)];
   return mix(mix(corner[0], corner[1], u - x), mix(corner[stride], corner[stride + 1], u - x), v - y);

@@ -67,22 +67,6 @@ Polygon clip(const std::array<Vec3, 3> &triangle) {
   return polygon;
 }
 
-// The three planes through the camera's centre and an edge: their values at a ray are proportional to the
-// barycentric coordinates of the point where the ray meets the triangle.
-struct Interpolator {
-  Vec3 plane[3];
-  Interpolator(Vec3 a, Vec3 b, Vec3 c) : plane{cross(b, c), cross(c, a), cross(a, b)} {}
-  std::array<double, 3> at(Vec3 ray) const {
-    double w[3], sum = 0;
-    for (int i = 0; i < 3; i++) sum += w[i] = dot(plane[i], ray);
-    // Rounding of vertices lets a sample just outside the triangle be covered, and for a triangle seen
-    // edge-on the plane is meaningless there: stay within the triangle.
-    double kept = 0;
-    for (double &value : w) kept += value = sum != 0 ? std::max(0.0, value / sum) : 1;
-    return {w[0] / kept, w[1] / kept, w[2] / kept};
-  }
-};
-
 bool finite(Vec3 v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -111,22 +95,40 @@ int64_t last_sample(int64_t coordinate) {
   return (coordinate - subpixel / 2) >> subpixel_bits;
 }
 
+// A vertex as a camera sees it.
+struct Corner {
+  Vec3 point; // in the camera frame
+  Vec3 pixel; // homogeneous
+  bool finite;
+  bool inside;   // so far within all planes that a triangle of such vertices need not be clipped
+  Point rounded; // of one that is inside
+};
+
 class Drawing {
 public:
   Drawing(const Projection &projection, SampleBuffer &target, bool has_depth)
       : camera(projection), buffer(target), depth(has_depth) {}
 
-  void triangle(const std::array<Vec3, 3> &points, uint32_t face) {
-    const std::array<Vec3, 3> pixels = {camera.to_pixel(points[0]), camera.to_pixel(points[1]),
-                                        camera.to_pixel(points[2])};
-    if (!finite(pixels[0]) || !finite(pixels[1]) || !finite(pixels[2])) return;
-    const Polygon polygon = clip(pixels);
+  Corner corner(Vec3 world) const {
+    Corner out = {};
+    out.point = camera.to_camera(world);
+    out.pixel = camera.to_pixel(out.point);
+    out.finite = finite(out.pixel);
+    const double most = guard / 2 * out.pixel.z;
+    out.inside = out.pixel.z > 2 * near_plane && std::abs(out.pixel.x) < most && std::abs(out.pixel.y) < most;
+    if (out.inside) out.rounded = rounded(out.pixel);
+    return out;
+  }
+
+  void triangle(const Corner &a, const Corner &b, const Corner &c, uint32_t face) {
+    if (!a.finite || !b.finite || !c.finite) return;
+    const std::array<Vec3, 3> points = {a.point, b.point, c.point};
+    if (a.inside && b.inside && c.inside) return fill(a.rounded, b.rounded, c.rounded, points, face);
+    const Polygon polygon = clip({a.pixel, b.pixel, c.pixel});
     if (polygon.size < 3) return;
     std::array<Point, max_corners> corner;
     for (size_t i = 0; i < polygon.size; i++) corner[i] = rounded(polygon.corner[i]);
-    const Interpolator interpolator(points[0], points[1], points[2]);
-    for (size_t i = 2; i < polygon.size; i++)
-      fill(corner[0], corner[i - 1], corner[i], interpolator, points, face);
+    for (size_t i = 2; i < polygon.size; i++) fill(corner[0], corner[i - 1], corner[i], points, face);
   }
 
 private:
@@ -136,12 +138,10 @@ private:
             int64_t(std::floor(pixel.y / pixel.z * scale + 0.5))};
   }
 
-  void fill(Point a, Point b, Point c, const Interpolator &interpolator, const std::array<Vec3, 3> &points,
-            uint32_t face) {
+  void fill(Point a, Point b, Point c, const std::array<Vec3, 3> &points, uint32_t face) {
     const int64_t area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     if (area == 0) return;
     if (area < 0) std::swap(b, c);
-    const Edge edges[3] = {{a, b}, {b, c}, {c, a}};
     const int64_t left = std::max<int64_t>(0, first_sample(std::min({a.x, b.x, c.x})));
     const int64_t right = std::min(int64_t(buffer.columns) - 1, last_sample(std::max({a.x, b.x, c.x})));
     const int64_t top = std::max<int64_t>(0, first_sample(std::min({a.y, b.y, c.y})));
@@ -153,28 +153,33 @@ private:
     drawn.right = std::max(drawn.right, size_t(right) + 1);
     drawn.top = std::min(drawn.top, size_t(top));
     drawn.bottom = std::max(drawn.bottom, size_t(bottom) + 1);
+    const Edge edges[3] = {{a, b}, {b, c}, {c, a}};
+    const FaceInterpolator interpolator(points[0], points[1], points[2]);
+    // No point of the triangle is nearer than its nearest corner, but for rounding.
+    const float nearest = float(std::min({points[0].z, points[1].z, points[2].z})) * (1 - 1e-6f);
     for (int64_t row = top; row <= bottom; row++) {
       const int64_t y = row * subpixel + subpixel / 2, x = left * subpixel + subpixel / 2;
       int64_t e[3] = {edges[0].at(x, y), edges[1].at(x, y), edges[2].at(x, y)};
+      const size_t start = size_t(row) * buffer.columns;
       for (int64_t column = left; column <= right; column++) {
         if ((e[0] | e[1] | e[2]) >= 0) {
-          if (depth)
-            sample(column, row, interpolator, points, face);
-          else
-            buffer.face[size_t(row) * buffer.columns + size_t(column)] = face;
+          const size_t at = start + size_t(column);
+          if (!depth)
+            buffer.face[at] = face;
+          else if (!(buffer.depth[at] < nearest))
+            sample(at, column, row, interpolator, points, face);
         }
         for (int i = 0; i < 3; i++) e[i] -= edges[i].dy * subpixel;
       }
     }
   }
 
-  void sample(int64_t column, int64_t row, const Interpolator &interpolator,
+  void sample(size_t at, int64_t column, int64_t row, const FaceInterpolator &interpolator,
               const std::array<Vec3, 3> &points, uint32_t face) {
     const double spacing = buffer.samples;
     const auto weight =
         interpolator.at(camera.ray((double(column) + 0.5) / spacing, (double(row) + 0.5) / spacing));
     const float z = float(weight[0] * points[0].z + weight[1] * points[1].z + weight[2] * points[2].z);
-    const size_t at = size_t(row) * buffer.columns + size_t(column);
     if (!(z < buffer.depth[at])) return;
     buffer.depth[at] = z;
     buffer.face[at] = face;
@@ -226,12 +231,14 @@ void draw(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer, bool
     throw std::invalid_argument("a camera of " + std::to_string(camera.width()) + "x" +
                                 std::to_string(camera.height()) + " cannot draw into samples of " +
                                 std::to_string(buffer.width) + "x" + std::to_string(buffer.height));
-  std::vector<Vec3> points(mesh.vertex_count);
-  for (size_t i = 0; i < mesh.vertex_count; i++) points[i] = camera.to_camera(position(mesh, uint32_t(i)));
   Drawing drawing(camera, buffer, depth);
+  std::vector<Corner> corners;
+  corners.reserve(mesh.vertex_count);
+  for (size_t i = 0; i < mesh.vertex_count; i++)
+    corners.push_back(drawing.corner(position(mesh, uint32_t(i))));
   for (size_t i = 0; i < mesh.face_count; i++) {
     const uint32_t *face = mesh.faces + 3 * i;
-    drawing.triangle({points[face[0]], points[face[1]], points[face[2]]}, uint32_t(i));
+    drawing.triangle(corners[face[0]], corners[face[1]], corners[face[2]], uint32_t(i));
   }
 }
 
@@ -245,12 +252,14 @@ void rasterise_coverage(const Projection &camera, const Mesh &mesh, SampleBuffer
   draw(camera, mesh, buffer, false);
 }
 
+FaceInterpolator::FaceInterpolator(const Projection &camera, const Mesh &mesh, uint32_t face)
+    : FaceInterpolator(camera.to_camera(position(mesh, mesh.faces[size_t(3) * face])),
+                       camera.to_camera(position(mesh, mesh.faces[size_t(3) * face + 1])),
+                       camera.to_camera(position(mesh, mesh.faces[size_t(3) * face + 2]))) {}
+
 std::array<double, 3> barycentric(const Projection &camera, const Mesh &mesh, uint32_t face, double u,
                                   double v) {
-  const uint32_t *index = mesh.faces + size_t(3) * face;
-  return Interpolator(camera.to_camera(position(mesh, index[0])), camera.to_camera(position(mesh, index[1])),
-                      camera.to_camera(position(mesh, index[2])))
-      .at(camera.ray(u, v));
+  return FaceInterpolator(camera, mesh, face).at(camera.ray(u, v));
 }
 
 } // namespace fvv::render

@@ -36,8 +36,8 @@ Vec3 centre_of(const fvv_camera &camera) {
 } // namespace
 
 Viewer::Viewer(const fvv_camera &chosen, const Mesh &seen, const RayCaster &caster)
-    : camera(chosen), mesh(seen), rays(caster), centre(centre_of(chosen)), shown(seen.vertex_count, unknown) {
-}
+    : camera(chosen), mesh(seen), centre(centre_of(chosen)), rays(centre, seen, caster),
+      shown(seen.vertex_count, unknown) {}
 
 Vec3 Viewer::position(uint32_t vertex) const {
   return position_of(mesh, vertex);
@@ -63,7 +63,7 @@ bool Viewer::face_in_picture(const uint32_t *face) {
 }
 
 bool Viewer::free(Vec3 place, uint32_t face) const {
-  return !hidden_by_rays(centre, place, face, rays);
+  return !rays.blocked(before(centre, place), face);
 }
 
 std::vector<uint8_t> visible_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays) {

@@ -486,4 +486,115 @@ bool RayCaster::blocked(Vec3 from, Vec3 to, uint32_t except) const {
   return cast<true>(Ray(from, to - from), 0, 1, except).face != no_face;
 }
 
+namespace {
+
+// Of a face's place in the plane, far more than rounding can be off.
+constexpr double fan_margin = 1e-6;
+constexpr double fan_widest = 20; // x / z: an angle of 87 degrees
+constexpr uint32_t most_fan_cells = 1024;
+constexpr double most_cells_of_face = 16; // on average
+
+} // namespace
+
+RayFan::RayFan(Vec3 from, const Mesh &mesh, const RayCaster &caster)
+    : centre(from), rays(caster), triangles(triangles_of(mesh)) {
+  if (!sort(mesh)) triangles.clear();
+}
+
+Vec3 RayFan::project(Vec3 point) const {
+  const Vec3 way = point - centre;
+  const double z = dot(way, along);
+  return {dot(way, across) / z, dot(way, down) / z, z};
+}
+
+bool RayFan::sort(const Mesh &mesh) {
+  if (!mesh.vertex_count || !mesh.face_count) return false;
+  Vec3 least = highest, most = lowest;
+  const auto position = [&](size_t v) {
+    return Vec3{mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2]};
+  };
+  for (size_t v = 0; v < mesh.vertex_count; v++) {
+    least = lower(least, position(v));
+    most = higher(most, position(v));
+  }
+  along = normalised((least + most) * 0.5 - centre);
+  if (!finite(along)) return false;
+  across = normalised(cross(along, std::abs(along.y) < 0.9 ? Vec3{0, 1, 0} : Vec3{1, 0, 0}));
+  down = cross(along, across);
+  std::vector<Vec3> seen;
+  seen.reserve(mesh.vertex_count);
+  double high[2] = {-infinity, -infinity};
+  low[0] = low[1] = infinity;
+  for (size_t v = 0; v < mesh.vertex_count; v++) {
+    seen.push_back(project(position(v)));
+    const Vec3 at = seen.back();
+    if (!(at.z > 0 && std::abs(at.x) < fan_widest && std::abs(at.y) < fan_widest)) return false;
+    low[0] = std::min(low[0], at.x);
+    low[1] = std::min(low[1], at.y);
+    high[0] = std::max(high[0], at.x);
+    high[1] = std::max(high[1], at.y);
+  }
+  std::vector<Entry> all;
+  all.reserve(mesh.face_count);
+  double sides = 0;
+  for (size_t f = 0; f < mesh.face_count; f++) {
+    const Vec3 a = seen[mesh.faces[3 * f]], b = seen[mesh.faces[3 * f + 1]], c = seen[mesh.faces[3 * f + 2]];
+    const Vec3 from = lower(a, lower(b, c)), to = higher(a, higher(b, c));
+    const double room = fan_margin * fan_widest;
+    all.push_back({float(from.x - room), float(to.x + room), float(from.y - room), float(to.y + room),
+                   float(from.z * (1 - fan_margin)), uint32_t(f)});
+    sides += (to.x - from.x) + (to.y - from.y);
+  }
+  // Cells about as large as faces; larger ones, where a few faces are so large that they would be in most.
+  const double extent = std::max(high[0] - low[0], high[1] - low[1]);
+  const auto entries_at = [&](double side) {
+    double sum = 0;
+    for (const Entry &entry : all)
+      sum += (double(entry.right - entry.left) / side + 1) * (double(entry.bottom - entry.top) / side + 1);
+    return sum;
+  };
+  double side = std::max(sides / (2 * double(mesh.face_count)), extent / most_fan_cells);
+  while (side > 0 && side < extent && entries_at(side) > most_cells_of_face * double(mesh.face_count))
+    side *= 2;
+  scale = side > 0 ? 1 / side : 0;
+  const auto count = [&](int axis) {
+    return std::clamp(uint32_t((high[axis] - low[axis]) * scale) + 1, 1u, most_fan_cells);
+  };
+  columns = count(0);
+  rows = count(1);
+  const auto each_cell = [&](const Entry &entry, const auto &body) {
+    const uint32_t left = column(double(entry.left)), right = column(double(entry.right));
+    const uint32_t bottom = row(double(entry.bottom));
+    for (uint32_t y = row(double(entry.top)); y <= bottom; y++)
+      for (uint32_t x = left; x <= right; x++) body(size_t(y) * columns + x);
+  };
+  first.resize(size_t(columns) * rows + 1);
+  for (const Entry &entry : all) each_cell(entry, [&](size_t at) { first[at + 1]++; });
+  for (size_t i = 1; i < first.size(); i++) first[i] += first[i - 1];
+  entries.resize(first.back());
+  std::vector<uint32_t> next(first.begin(), first.end() - 1);
+  for (const Entry &entry : all) each_cell(entry, [&](size_t at) { entries[next[at]++] = entry; });
+  return true;
+}
+
+bool RayFan::blocked(Vec3 to, uint32_t except) const {
+  if (triangles.empty()) return rays.blocked(centre, to, except);
+  const RayCaster::Ray ray(centre, to - centre);
+  if (!std::isfinite(ray.scale)) return false;
+  const Vec3 at = project(to);
+  // Beside all faces, unless it is not a number or behind the place.
+  if (!(at.z > 0)) return rays.blocked(centre, to, except);
+  const float x = float(at.x), y = float(at.y);
+  const float z = float(at.z * (1 + fan_margin));
+  const size_t index = size_t(row(at.y)) * columns + column(at.x);
+  for (uint32_t i = first[index]; i < first[index + 1]; i++) {
+    const Entry &entry = entries[i];
+    if (x < entry.left || x > entry.right || y < entry.top || y > entry.bottom || entry.nearest > z) continue;
+    RayHit hit;
+    if (entry.face != except && ray.meets(triangles[entry.face], hit) && hit.distance > 0 && hit.distance < 1)
+      return true;
+  }
+  return false;
+}
+
 } // namespace fvv::render

@@ -3,12 +3,17 @@
 
 #include "fvv_render/triangle_tree.h"
 
-#include <bitset>
+#include <vector>
 
 namespace fvv::render {
 
+// Of 16 bits.
 inline int count_of(unsigned places) {
-  return int(std::bitset<16>(places).count());
+  // Not std::bitset: without POPCNT its count is a call of a function.
+  places -= places >> 1 & 0x5555;
+  places = (places & 0x3333) + (places >> 2 & 0x3333);
+  places = (places + (places >> 4)) & 0x0F0F;
+  return int((places + (places >> 8)) & 0x1F);
 }
 
 class Viewer {
@@ -23,15 +28,14 @@ public:
   bool in_picture(uint32_t vertex); // projects it once
   // Whether a part of the face may be in the picture: a corner or its middle is.
   bool face_in_picture(const uint32_t *face);
-  bool free(Vec3 place) const { return !rays.blocked(centre, place); }
   bool free(Vec3 place, uint32_t face) const;
 
 private:
   static constexpr uint8_t unknown = 2;
   const fvv_camera &camera;
   const Mesh &mesh;
-  const RayCaster &rays;
   Vec3 centre;
+  RayFan rays;
   std::vector<uint8_t> shown; // each vertex
 };
 

@@ -48,6 +48,10 @@ private:
 // The part of a ray next to the surface in which hits are ignored: positions are rounded to float, and
 // neighbours of the face meet it there.
 constexpr double ray_start = 1e-5;
+// Where a ray from a camera's centre to a point of a surface ends.
+inline Vec3 before(Vec3 centre, Vec3 point) {
+  return mix(point, centre, ray_start);
+}
 
 // The reference: whether the ray from the camera's centre to the point, which lies on that face, meets
 // another face before it. rays is of the mesh.

@@ -3,6 +3,8 @@
 
 #include "fvv_render/rasteriser.h"
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <optional>
 
@@ -16,7 +18,10 @@ using Rgb = Vec3;
 inline Rgb to_linear(Rgb display) {
   return product(display, display);
 }
-uint8_t to_display(double linear); // clamped, rounded to 8 bits
+// Clamped, rounded to 8 bits.
+inline uint8_t to_display(double linear) {
+  return uint8_t(std::sqrt(std::clamp(linear, 0.0, 1.0)) * 255 + 0.5);
+}
 
 // Attributes of vertices. Borrowed; all have vertex_count entries.
 struct Attributes {

@@ -4,6 +4,7 @@
 
 #include "fvv_render/projection.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -69,8 +70,31 @@ void rasterise(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer)
 // For outlines; the projection needs no rays.
 void rasterise_coverage(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer);
 
-// Where the ray through pixel position (u, v) meets the plane of a face: barycentric coordinates in space (so
-// perspective-correct), clamped to the triangle.
+// Where rays meet the plane of a face: barycentric coordinates in space (so perspective-correct), clamped to
+// the triangle. They are proportional to the values at the ray of the three planes through the camera's
+// centre and an edge.
+class FaceInterpolator {
+public:
+  // Corners in the camera frame.
+  FaceInterpolator(Vec3 a, Vec3 b, Vec3 c) : plane{cross(b, c), cross(c, a), cross(a, b)} {}
+  FaceInterpolator(const Projection &camera, const Mesh &mesh, uint32_t face);
+
+  // ray: as Projection::ray() returns it.
+  std::array<double, 3> at(Vec3 ray) const {
+    double w[3], sum = 0;
+    for (int i = 0; i < 3; i++) sum += w[i] = dot(plane[i], ray);
+    // Rounding of vertices lets a sample just outside the triangle be covered, and for a triangle seen
+    // edge-on the plane is meaningless there: stay within the triangle.
+    double kept = 0;
+    for (double &value : w) kept += value = sum != 0 ? std::max(0.0, value / sum) : 1;
+    return {w[0] / kept, w[1] / kept, w[2] / kept};
+  }
+
+private:
+  Vec3 plane[3];
+};
+
+// The same for the ray through pixel position (u, v).
 std::array<double, 3> barycentric(const Projection &camera, const Mesh &mesh, uint32_t face, double u,
                                   double v);
 

@@ -5,6 +5,7 @@
 #include "fvv_render/rasteriser.h"
 #include "fvv_render/vector.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -128,10 +129,46 @@ public:
   bool blocked(Vec3 from, Vec3 to, uint32_t except = no_face) const;
 
 private:
+  friend class RayFan;
   struct Ray;
   template <bool any> RayHit cast(const Ray &ray, double least, double most, uint32_t except) const;
 
   TriangleTree tree;
+};
+
+// Rays that all begin at one place, such as those to what a camera may see: results are those of
+// RayCaster::blocked(). Faces are sorted into a grid of the plane that the place sees them on, so that a ray
+// is tested against the few faces of its cell.
+class RayFan {
+public:
+  // Borrows rays, which is of mesh: for meshes that are not all to one side of the place.
+  RayFan(Vec3 from, const Mesh &mesh, const RayCaster &rays);
+
+  bool blocked(Vec3 to, uint32_t except = no_face) const;
+
+private:
+  // A face in a cell: the rectangle that it covers, and its least distance along the axis; all rounded
+  // outwards.
+  struct Entry {
+    float left, right, top, bottom, nearest;
+    uint32_t face;
+  };
+  bool sort(const Mesh &mesh);
+  Vec3 project(Vec3 point) const; // x / z, y / z, z
+  uint32_t column(double x) const { return cell(x - low[0], columns); }
+  uint32_t row(double y) const { return cell(y - low[1], rows); }
+  uint32_t cell(double at, uint32_t count) const {
+    return uint32_t(std::min(std::max(at * scale, 0.0), double(count - 1)));
+  }
+
+  Vec3 centre;
+  const RayCaster &rays;
+  std::vector<TriangleTree::Triangle> triangles; // of all faces; none: rays answers
+  Vec3 across, down, along;
+  double low[2] = {}, scale = 0; // cells for each unit of x / z
+  uint32_t columns = 0, rows = 0;
+  std::vector<uint32_t> first; // of the entries of each cell, row by row
+  std::vector<Entry> entries;
 };
 
 } // namespace fvv::render
