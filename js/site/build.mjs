@@ -10,7 +10,7 @@ import { bundlePlayer } from "../player/bundle.mjs";
 import { bundle, bundleExample } from "../three/bundle.mjs";
 import { factsOf } from "./clip_facts.mjs";
 import { icon } from "./icon.mjs";
-import { FIVE_LINES, frame, writeSpecification } from "./pages.mjs";
+import { FIVE_LINES, frame } from "./pages.mjs";
 
 const source = (name) => fileURLToPath(new URL(`src/${name}`, import.meta.url));
 
@@ -34,16 +34,13 @@ function writePages(out) {
   writeFileSync(join(out, "five-lines.html"), FIVE_LINES);
   copyFileSync(source("site.css"), join(out, "site.css"));
   writeFileSync(join(out, "favicon.ico"), icon());
-  writeSpecification(join(out, "spec"), (name, title, content) =>
-    frame({ page: `spec/${name}.html`, script: "theme.js", title, content, kind: "markdown" }),
-  );
 }
 
 /** inspect(path): returns the output of fvvinfo --json for a file. */
 export async function buildSite(out, inspect, clips) {
   mkdirSync(join(out, "clips"), { recursive: true });
   await bundle(
-    ["index.js", "embed.js", "player.js", "theme.js"].map((name) => source(name)),
+    ["index.js", "embed.js", "player.js"].map((name) => source(name)),
     [],
     out,
   );
