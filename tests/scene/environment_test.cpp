@@ -136,7 +136,8 @@ TEST_CASE("coordinates that float32 would move off the lattice are refused") {
   Environment far = parse_environment(stage().glb(), "room.glb");
   far.parts[0].mesh.positions[3] = 100000.001;
   CHECK_THROWS_WITH(format_environment(far, {{0, 0, 0}, 0.001}, "far.glb"),
-                    "far.glb: vertex 1 lies too far out for float32 on a lattice of this step");
+                    "far.glb: vertex 1 lies too far out for float32, the numbers of glTF, on a lattice of "
+                    "this step: PLY has float64");
 }
 
 TEST_CASE("an environment is moved with its lights, and turned round by a mirror") {

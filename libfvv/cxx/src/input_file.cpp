@@ -1,5 +1,6 @@
 #include "fvv_cxx/input_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -30,6 +31,20 @@ const char *file_kind(mode_t mode) {
          : S_ISBLK(mode)  ? "a block device"
          : S_ISCHR(mode)  ? "a character device"
                           : "a file";
+}
+
+std::filesystem::path resolved(const std::filesystem::path &path) {
+  std::error_code error;
+  // absolute, because a missing file would stay relative.
+  const std::filesystem::path whole = std::filesystem::absolute(path.empty() ? "." : path, error);
+  const std::filesystem::path out = error ? whole : std::filesystem::weakly_canonical(whole, error);
+  return error ? std::filesystem::path() : out;
+}
+
+bool is_below(const std::filesystem::path &folder, const std::filesystem::path &path) {
+  const std::filesystem::path within = resolved(folder), found = resolved(path);
+  return !within.empty() &&
+         std::mismatch(within.begin(), within.end(), found.begin(), found.end()).first == within.end();
 }
 
 std::string why_unreadable(const std::string &path) {

@@ -109,35 +109,11 @@ private:
 
 // ---- files ---------------------------------------------------------------------------------------------
 
-// Where a path leads: a symbolic link is as good as "..". Empty if that cannot be found out.
-fs::path resolved(const fs::path &path) {
-  std::error_code error;
-  // absolute, because a missing file would stay relative.
-  const fs::path whole = fs::absolute(path, error);
-  const fs::path out = error ? fs::path() : fs::weakly_canonical(whole, error);
-  return error ? fs::path() : out;
+// Directly in a folder beside this one: meshes/0000.obj and atlas/0000.png.
+bool is_beside(const fs::path &folder, const fs::path &path) {
+  const fs::path own = resolved(folder), other = resolved(path).parent_path();
+  return own.has_relative_path() && other.has_relative_path() && other.parent_path() == own.parent_path();
 }
-
-// The author of a file must not choose what else is read.
-struct Surroundings {
-  explicit Surroundings(const fs::path &obj) {
-    const fs::path parent = obj.parent_path();
-    folder = resolved(parent.empty() ? "." : parent);
-  }
-
-  bool is_below(const fs::path &path) const {
-    return !folder.empty() &&
-           std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
-  }
-  // Directly in a folder beside this one: meshes/0000.obj and atlas/0000.png.
-  bool is_beside(const fs::path &path) const {
-    const fs::path other = path.parent_path();
-    return folder.has_relative_path() && other.has_relative_path() &&
-           other.parent_path() == folder.parent_path();
-  }
-
-  fs::path folder;
-};
 
 // The names in what follows mtllib: one with blanks, if there is such a file, else each word.
 std::vector<std::string> names_of(const fs::path &folder, std::string_view text) {
@@ -160,13 +136,13 @@ ObjMaterials read_materials(const std::string &obj, const std::vector<std::strin
   ObjMaterials out;
   if (std::all_of(used.begin(), used.end(), [](std::string_view material) { return material.empty(); }))
     return out;
-  const Surroundings place(obj);
+  // The author of a file must not choose what else is read.
   const fs::path folder = fs::path(obj).parent_path();
   std::map<std::string, std::string, std::less<>> pictures; // paths
   for (const std::string_view text : libraries)
     for (const std::string &name : names_of(folder, text)) {
       const fs::path library = folder / name;
-      if (name.find('\0') != name.npos || !place.is_below(resolved(library)))
+      if (name.find('\0') != name.npos || !is_below(folder, library))
         throw Error(obj + ": expected the library of mtllib below the folder of the file, found " +
                     quote(name));
       if (const std::string why = why_unreadable(library.string()); !why.empty())
@@ -174,8 +150,8 @@ ObjMaterials read_materials(const std::string &obj, const std::vector<std::strin
       const std::string file = library.string();
       out.libraries.push_back(file);
       for (auto &[material, picture] : parse_mtl(read_file(file, max_library), file)) {
-        const fs::path path = (library.parent_path() / picture).lexically_normal(), real = resolved(path);
-        if (!place.is_below(real) && !place.is_beside(real))
+        const fs::path path = (library.parent_path() / picture).lexically_normal();
+        if (!is_below(folder, path) && !is_beside(folder, path))
           throw Error(file + ": expected a picture below the folder of " + obj +
                       " or in one beside it, found " + quote(picture));
         pictures.emplace(material, path.string());

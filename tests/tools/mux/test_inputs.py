@@ -361,6 +361,17 @@ def test_materials_of_an_obj_that_are_no_atlas(place):
     assert "a.obj: expected faces of a material with map_Kd, found none" in done.stderr
 
 
+def test_a_missing_file_beside_a_gltf_file_is_called_missing(place):
+    """In the working folder too, where paths have no folder."""
+    document = json.loads(triangles(0))
+    document["buffers"][0]["uri"] = "numbers.bin"
+    for name, shown in ("a.gltf", "numbers.bin"), ("m/a.gltf", "m/numbers.bin"):
+        pathlib.Path(name).parent.mkdir(exist_ok=True)
+        pathlib.Path(name).write_text(json.dumps(document))
+        done = run("fvvmux", "--meshes", name, "-o", "x.fvv", code=1)
+        assert f"{name}: /buffers/0/uri: {shown}: " in done.stderr and "symbolic link" not in done.stderr
+
+
 def test_an_animated_gltf_file_has_frames_of_its_own(place):
     pathlib.Path("100%.gltf").write_text(triangles(0, animated=True))
     document = described("--meshes", "100%%.gltf", "--fps", 10)

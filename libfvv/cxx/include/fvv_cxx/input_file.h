@@ -3,6 +3,7 @@
 
 #include "fvv_cxx/error.h"
 
+#include <filesystem>
 #include <sys/stat.h>
 
 namespace fvv {
@@ -15,6 +16,13 @@ inline constexpr char missing_file[] = "is missing";
 // missing_file, "is a folder", "is a pipe", "permission denied", ...; "" for a regular file that can be
 // opened.
 std::string why_unreadable(const std::string &path);
+
+// Where a path leads, whether or not there is anything: a symbolic link is as good as "..". Empty if that
+// cannot be found out.
+std::filesystem::path resolved(const std::filesystem::path &path);
+
+// Whether what path leads to is in a folder or deeper. "": the working folder.
+bool is_below(const std::filesystem::path &folder, const std::filesystem::path &path);
 
 // A descriptor of a regular file, to read. Throws Error that says what the path is if it is anything else; a
 // pipe never blocks it.

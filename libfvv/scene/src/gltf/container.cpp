@@ -1,6 +1,7 @@
 // GLB, JSON and buffers.
 
 #include "scene/src/gltf/container.h"
+#include "fvv_cxx/input_file.h"
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/text.h"
 #include "scene/src/gltf/uri.h"
@@ -171,20 +172,6 @@ bool is_harmless(std::string_view name) {
 
 } // namespace
 
-namespace {
-
-// A symbolic link is as good as "..": the author of a file must not choose what else is read.
-bool is_below(const std::filesystem::path &folder, const std::filesystem::path &path) {
-  std::error_code error;
-  const auto within = std::filesystem::canonical(folder.empty() ? "." : folder, error);
-  if (error) return true; // nothing can be opened there, and the attempt gives the reason
-  const auto found = std::filesystem::weakly_canonical(path, error);
-  return !error &&
-         std::mismatch(within.begin(), within.end(), found.begin(), found.end()).first == within.end();
-}
-
-} // namespace
-
 Container::Container(std::string_view bytes, const std::string &path) : file(path) {
   if (bytes.substr(0, 4) == "glTF") {
     open_glb(bytes);
@@ -334,6 +321,7 @@ std::string Container::load(const JsonValue &uri, uint64_t limit) const {
   const std::optional<std::string> name = relative_file(text);
   if (!name) uri.fail("expected a data: URI or a file below the folder of this one, found " + uri.found());
   const std::filesystem::path folder = std::filesystem::path(file).parent_path(), path = folder / *name;
+  // The author of a file must not choose what else is read.
   if (!is_below(folder, path))
     uri.fail("expected a file below the folder of this one, found a symbolic link out of it: " + uri.found());
   try {
