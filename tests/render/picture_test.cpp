@@ -45,7 +45,7 @@ Reflectance white(uint32_t, Vec3) {
 
 } // namespace
 
-TEST_CASE("a pixel is mevaluated from half coverage on, and its colour is the mean of its samples") {
+TEST_CASE("a pixel is in the mask from half coverage on, and its colour is the mean of its samples") {
   LightField red;
   for (int i = 0; i < 64; i++) red.insert(red.end(), {1, 0, 0});
   // Samples of a pixel lie at 1/6, 3/6, 5/6: an edge at 0.4 leaves two of three columns, at 0.6 one.

@@ -45,9 +45,9 @@ fvv_camera thinned(const fvv_camera &source, uint32_t stride) {
 }
 
 // A camera that is drawn from the others of its frame.
-class Target {
+class HeldOutView {
 public:
-  Target(const InsetView &given, uint32_t index, const ViewRenderer &renderer)
+  HeldOutView(const InsetView &given, uint32_t index, const ViewRenderer &renderer)
       : view(given.source), place(index), frame(renderer), stride(stride_of(view.camera)),
         camera(thinned(view.camera, stride)) {
     const ViewPicture picture = frame.render(camera, place, 0);
@@ -110,7 +110,7 @@ public:
 
   size_t pixels() const {
     size_t sum = 0;
-    for (const Target &target : targets) sum += target.pixels();
+    for (const HeldOutView &target : targets) sum += target.pixels();
     return sum;
   }
 
@@ -118,7 +118,7 @@ public:
   const std::vector<double> &squares(double inset) {
     std::vector<double> &out = known[inset];
     if (out.empty())
-      for (const Target &target : targets) out.push_back(target.squares(inset));
+      for (const HeldOutView &target : targets) out.push_back(target.squares(inset));
     return out;
   }
 
@@ -136,7 +136,7 @@ private:
   }
 
   std::vector<std::unique_ptr<const ViewRenderer>> renderers;
-  std::deque<Target> targets;
+  std::deque<HeldOutView> targets;
   std::map<double, std::vector<double>> known;
 };
 

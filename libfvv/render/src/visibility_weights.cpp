@@ -250,9 +250,14 @@ void WeightSearch::set(uint32_t v, uint8_t state) {
 bool WeightSearch::attempt(uint32_t v, uint8_t state, double worse) {
   const uint8_t old = states[v];
   const bool of_side = side_of(old) != side_of(state);
-  const double sum = wrong_around(v) + price(v, of_side);
+  const double most = wrong_around(v) + price(v, of_side) + worse;
+  // Most are worse by the error alone, whatever they cost.
+  states[v] = state;
+  const double error = wrong_around(v);
+  states[v] = old;
+  if (!(error < most)) return false;
   set(v, state);
-  if (wrong_around(v) + price(v, of_side) < sum + worse) return true;
+  if (error + price(v, of_side) < most) return true;
   set(v, old);
   return false;
 }
