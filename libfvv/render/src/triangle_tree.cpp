@@ -496,9 +496,8 @@ constexpr double most_cells_of_face = 16; // on average
 
 } // namespace
 
-RayFan::RayFan(Vec3 from, const Mesh &mesh, const RayCaster &caster)
-    : centre(from), rays(caster), triangles(triangles_of(mesh)) {
-  if (!sort(mesh)) triangles.clear();
+RayFan::RayFan(Vec3 from, const Mesh &mesh, const RayCaster &caster) : centre(from), rays(caster) {
+  sort(mesh);
 }
 
 Vec3 RayFan::project(Vec3 point) const {
@@ -507,8 +506,8 @@ Vec3 RayFan::project(Vec3 point) const {
   return {dot(way, across) / z, dot(way, down) / z, z};
 }
 
-bool RayFan::sort(const Mesh &mesh) {
-  if (!mesh.vertex_count || !mesh.face_count) return false;
+void RayFan::sort(const Mesh &mesh) {
+  if (!mesh.vertex_count || !mesh.face_count) return;
   Vec3 least = highest, most = lowest;
   const auto position = [&](size_t v) {
     return Vec3{mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2]};
@@ -518,7 +517,7 @@ bool RayFan::sort(const Mesh &mesh) {
     most = higher(most, position(v));
   }
   along = normalised((least + most) * 0.5 - centre);
-  if (!finite(along)) return false;
+  if (!finite(along)) return;
   across = normalised(cross(along, std::abs(along.y) < 0.9 ? Vec3{0, 1, 0} : Vec3{1, 0, 0}));
   down = cross(along, across);
   std::vector<Vec3> seen;
@@ -528,7 +527,7 @@ bool RayFan::sort(const Mesh &mesh) {
   for (size_t v = 0; v < mesh.vertex_count; v++) {
     seen.push_back(project(position(v)));
     const Vec3 at = seen.back();
-    if (!(at.z > 0 && std::abs(at.x) < fan_widest && std::abs(at.y) < fan_widest)) return false;
+    if (!(at.z > 0 && std::abs(at.x) < fan_widest && std::abs(at.y) < fan_widest)) return;
     low[0] = std::min(low[0], at.x);
     low[1] = std::min(low[1], at.y);
     high[0] = std::max(high[0], at.x);
@@ -537,12 +536,13 @@ bool RayFan::sort(const Mesh &mesh) {
   std::vector<Entry> all;
   all.reserve(mesh.face_count);
   double sides = 0;
-  for (size_t f = 0; f < mesh.face_count; f++) {
-    const Vec3 a = seen[mesh.faces[3 * f]], b = seen[mesh.faces[3 * f + 1]], c = seen[mesh.faces[3 * f + 2]];
+  for (size_t slot = 0; slot < rays.tree.order.size(); slot++) {
+    const uint32_t *face = mesh.faces + size_t(3) * rays.tree.order[slot];
+    const Vec3 a = seen[face[0]], b = seen[face[1]], c = seen[face[2]];
     const Vec3 from = lower(a, lower(b, c)), to = higher(a, higher(b, c));
     const double room = fan_margin * fan_widest;
     all.push_back({float(from.x - room), float(to.x + room), float(from.y - room), float(to.y + room),
-                   float(from.z * (1 - fan_margin)), uint32_t(f)});
+                   float(from.z * (1 - fan_margin)), uint32_t(slot)});
     sides += (to.x - from.x) + (to.y - from.y);
   }
   // Cells about as large as faces; larger ones, where a few faces are so large that they would be in most.
@@ -574,11 +574,10 @@ bool RayFan::sort(const Mesh &mesh) {
   entries.resize(first.back());
   std::vector<uint32_t> next(first.begin(), first.end() - 1);
   for (const Entry &entry : all) each_cell(entry, [&](size_t at) { entries[next[at]++] = entry; });
-  return true;
 }
 
 bool RayFan::blocked(Vec3 to, uint32_t except) const {
-  if (triangles.empty()) return rays.blocked(centre, to, except);
+  if (first.empty()) return rays.blocked(centre, to, except);
   const RayCaster::Ray ray(centre, to - centre);
   if (!std::isfinite(ray.scale)) return false;
   const Vec3 at = project(to);
@@ -591,7 +590,8 @@ bool RayFan::blocked(Vec3 to, uint32_t except) const {
     const Entry &entry = entries[i];
     if (x < entry.left || x > entry.right || y < entry.top || y > entry.bottom || entry.nearest > z) continue;
     RayHit hit;
-    if (entry.face != except && ray.meets(triangles[entry.face], hit) && hit.distance > 0 && hit.distance < 1)
+    if (rays.tree.order[entry.slot] != except && ray.meets(rays.tree.triangles[entry.slot], hit) &&
+        hit.distance > 0 && hit.distance < 1)
       return true;
   }
   return false;

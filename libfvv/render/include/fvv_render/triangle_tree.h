@@ -151,9 +151,9 @@ private:
   // outwards.
   struct Entry {
     float left, right, top, bottom, nearest;
-    uint32_t face;
+    uint32_t slot; // of the face among the triangles of rays
   };
-  bool sort(const Mesh &mesh);
+  void sort(const Mesh &mesh);    // into the grid, where there can be one
   Vec3 project(Vec3 point) const; // x / z, y / z, z
   uint32_t column(double x) const { return cell(x - low[0], columns); }
   uint32_t row(double y) const { return cell(y - low[1], rows); }
@@ -163,11 +163,10 @@ private:
 
   Vec3 centre;
   const RayCaster &rays;
-  std::vector<TriangleTree::Triangle> triangles; // of all faces; none: rays answers
   Vec3 across, down, along;
   double low[2] = {}, scale = 0; // cells for each unit of x / z
   uint32_t columns = 0, rows = 0;
-  std::vector<uint32_t> first; // of the entries of each cell, row by row
+  std::vector<uint32_t> first; // of the entries of each cell, row by row; empty: without a grid
   std::vector<Entry> entries;
 };
 
