@@ -21,10 +21,7 @@ namespace {
 
 // Lower case, as ASCII: file names do not follow the locale.
 std::string extension_of(const std::string &path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char &c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
+  return lower(std::filesystem::path(path).extension().string());
 }
 
 [[noreturn]] void fail_extension(const std::string &path, const std::string &extension,
@@ -98,7 +95,6 @@ bool may_bring_picture(const std::string &path) {
 }
 
 std::string read_mesh_picture(const std::string &path) {
-  constexpr uint64_t most = uint64_t(1) << 28; // a PNG of 8192 x 8192 that does not compress
   if (!may_bring_picture(path)) fail_extension(path, extension_of(path), ".glb, .gltf or .obj");
   const std::string bytes = read_file(path, max_mesh_file);
   if (is_gltf(path)) return parse_gltf_picture(bytes, path);
@@ -106,7 +102,7 @@ std::string read_mesh_picture(const std::string &path) {
   if (!picture) throw Error(path + ": expected faces of a material with map_Kd, found none");
   if (const std::string why = why_unreadable(*picture); !why.empty())
     throw Error(path + ": expected the picture " + quote(*picture) + " of map_Kd, which " + why);
-  return read_file(*picture, most);
+  return read_file(*picture, max_mesh_picture);
 }
 
 std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name) {

@@ -72,6 +72,13 @@ std::optional<fvv_rational> parse_rational(std::string_view text) {
                       static_cast<uint32_t>(denominator / divisor)};
 }
 
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char &c : out)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return out;
+}
+
 std::string quote(std::string_view text) {
   constexpr size_t limit = 40;
   std::string out = "\"";

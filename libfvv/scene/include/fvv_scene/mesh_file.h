@@ -32,6 +32,8 @@ struct MeshReport {
 
 // A mesh at the default limits, as text with normals and texture coordinates, stays below this.
 constexpr uint64_t max_mesh_file = uint64_t(1) << 30;
+// Of the file of a picture that it brings: a PNG of 8192 x 8192 that does not compress.
+constexpr uint64_t max_mesh_picture = uint64_t(1) << 28;
 
 // Readers. bytes: the whole file. name: of the file, for messages. limits NULL: the defaults of libfvv;
 // max_vertices and max_faces (after triangulation and splitting) are honoured. report may be NULL.

@@ -27,6 +27,9 @@ bool parse_integer(std::string_view text, int64_t &value);
 // "25" or "30000/1001" in lowest terms; nothing for what is none or does not fit.
 std::optional<fvv_rational> parse_rational(std::string_view text);
 
+// A to Z as a to z, other bytes as they are.
+std::string lower(std::string_view text);
+
 // In double quotes, at most 40 bytes, anything but printable ASCII as '?'.
 std::string quote(std::string_view text);
 

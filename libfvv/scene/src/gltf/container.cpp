@@ -3,6 +3,7 @@
 #include "scene/src/gltf/container.h"
 #include "fvv_cxx/input_file.h"
 #include "fvv_cxx/untrusted.h"
+#include "fvv_scene/mesh_file.h"
 #include "fvv_scene/text.h"
 #include "scene/src/gltf/uri.h"
 
@@ -143,7 +144,6 @@ constexpr uint32_t glb_version = 2, type_json = 0x4e4f534a, type_bin = 0x004e494
 
 // As for other mesh files: a scene at the default limits stays far below.
 constexpr uint64_t max_buffer_bytes = uint64_t(1) << 30;
-constexpr uint64_t max_image_bytes = uint64_t(1) << 28; // a PNG of 8192 x 8192 that does not compress
 
 // The limit for all numbers of accessors: ordinary files have at most one for every byte, four leave room for
 // accessors that share bytes, and the constant for accessors that have none.
@@ -307,7 +307,7 @@ std::string_view Container::buffer(const JsonValue &reference) {
 
 std::string Container::image(size_t index) {
   const JsonValue image = root().at("images").item(index);
-  if (const auto uri = image.find("uri")) return load(*uri, max_image_bytes);
+  if (const auto uri = image.find("uri")) return load(*uri, max_mesh_picture);
   return std::string(view(image.at("bufferView")).bytes);
 }
 
