@@ -1,7 +1,7 @@
 // The static environment and the lights (clause 18), decoded from the payload of a BACK chunk by a module of its own.
 
 import { FvvError } from "./errors.js";
-import { readBackgroundList, readDiagnostic, readPart } from "./flat.js";
+import { readBackgroundList, readDiagnostic, readPart } from "./wasm_structs.js";
 import { createBackground } from "./wasm.js";
 
 /** payload: {track, data}. module(): the compiled module. */

@@ -1,6 +1,6 @@
 // Cameras: projection, which libfvv computes with the same bits as in C, and the selection of cameras for a viewpoint.
 
-import { CAMERA_SIZE, writeCamera } from "./flat.js";
+import { CAMERA_SIZE, writeCamera } from "./wasm_structs.js";
 
 /** Projection by the wasm module, for all cameras of a decoder. */
 export class Projector {

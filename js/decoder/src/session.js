@@ -1,7 +1,7 @@
 // One stream in one instance of the core: bytes in, events and frames out. Synchronous, except for loading codecs.
 
 import { FvvError, IO } from "./errors.js";
-import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroups, readSample } from "./flat.js";
+import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroups, readSample } from "./wasm_structs.js";
 import { createCodec, createCore } from "./wasm.js";
 
 const events = ["need data", "configuration", "group", "frame", "damage", "end", "done", "between"];

@@ -1,7 +1,7 @@
 // Instances of the wasm modules, each with memory of its own, and the calls of one instance into another.
 
 import { FvvError } from "./errors.js";
-import { DIAGNOSTIC_SIZE } from "./flat.js";
+import { DIAGNOSTIC_SIZE } from "./wasm_structs.js";
 
 const PAGE = 65536;
 /** The maximum that the modules declare. */

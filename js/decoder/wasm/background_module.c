@@ -7,17 +7,17 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/memory.h"
-#include "flat.h"
 #include "fvv/background.h"
 #include "module.h"
+#include "wasm_structs.h"
 
 static fvv_limits limits;
 static fvv_diagnostic diagnostic;
 static fvv_background background;
 static fvv_mesh mesh;
 static fvv_bytes positions, texture;
-static flat_background flat;
-static flat_part part_now;
+static wasm_background published;
+static wasm_part part_now;
 
 FVVJS_EXPORT void *fvvback_alloc(size_t size) {
   return malloc(size);
@@ -25,8 +25,8 @@ FVVJS_EXPORT void *fvvback_alloc(size_t size) {
 FVVJS_EXPORT const fvv_diagnostic *fvvback_diagnostic(void) {
   return &diagnostic;
 }
-FVVJS_EXPORT const flat_background *fvvback_data(void) {
-  return &flat;
+FVVJS_EXPORT const wasm_background *fvvback_data(void) {
+  return &published;
 }
 
 static uint32_t codecs(void) {
@@ -49,11 +49,11 @@ FVVJS_EXPORT int32_t fvvback_load(const uint8_t *payload, size_t size, uint32_t 
   const fvv_status status =
       fvv_background_decode(payload, size, &limits, &allocator, &background, &diagnostic);
   if (status != FVV_OK) return status;
-  const flat_background made = {codecs(),
+  const wasm_background made = {codecs(),
                                 (uint32_t)background.part_count,
                                 {background.pictures, (uint32_t)background.picture_count},
                                 {background.lights, (uint32_t)background.light_count}};
-  flat = made;
+  published = made;
   return FVV_OK;
 }
 
@@ -64,7 +64,7 @@ static float *room(fvv_bytes *bytes, uint32_t count, uint32_t components) {
 }
 
 /* Decodes a part. NULL: the diagnostic says why. Valid until the next call. */
-FVVJS_EXPORT const flat_part *fvvback_part(uint32_t i) {
+FVVJS_EXPORT const wasm_part *fvvback_part(uint32_t i) {
   fvv_mesh_free(&mesh);
   memset(&diagnostic, 0, sizeof diagnostic);
   if (fvv_background_mesh(&background, i, &limits, NULL, &mesh, &diagnostic) != FVV_OK) return NULL;
@@ -82,7 +82,7 @@ FVVJS_EXPORT const flat_part *fvvback_part(uint32_t i) {
     for (size_t k = 0; k < 2 * (size_t)mesh.vertex_count; k++)
       places[k] = (float)(part->texture_origin[k % 2] + part->texture_size[k % 2] * (double)places[k]);
   }
-  const flat_part made = {mesh.vertex_count,
+  const wasm_part made = {mesh.vertex_count,
                           mesh.face_count,
                           mesh.faces,
                           points,

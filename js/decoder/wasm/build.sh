@@ -10,7 +10,7 @@ build=$(cd "$1" && pwd)
 # Debian's emcc looks for the modules of its optimiser there.
 export NODE_PATH=${NODE_PATH:-/usr/share/nodejs}
 version=$(sed -n 's/^project(fvv VERSION \([0-9.]*\).*/\1/p' "$here/../../../CMakeLists.txt")
-node "$here/generate_flat.mjs" --check
+node "$here/generate_wasm_structs.mjs" --check
 emcmake cmake -S "$here" -B "$build/modules" -G Ninja -DCMAKE_BUILD_TYPE=None \
   -DFVV_WASM_SOURCES="$build/sources" -DFVV_VERSION="$version" >/dev/null
 cmake --build "$build/modules"
@@ -34,6 +34,8 @@ finish() { # module
 
 features=(--enable-exception-handling --enable-mutable-globals --enable-bulk-memory --enable-sign-ext
   --enable-nontrapping-float-to-int --enable-simd)
+# Without files of earlier versions.
+rm -rf "$here/../dist"
 mkdir -p "$here/../dist"
 for module in core projection background draco fast fast_simd openexr; do
   finish "fvv_$module"

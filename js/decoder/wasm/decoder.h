@@ -1,13 +1,13 @@
-/* decoder.h: a stream as decoded frames, for JavaScript: fvv_frames and the flat structs. After a chunk that
- * does not decode the rest of its group is dropped, and the next group goes on. */
+/* decoder.h: a stream as decoded frames, for JavaScript: fvv_frames and the structs of wasm_structs.h. After
+ * a chunk that does not decode the rest of its group is dropped, and the next group goes on. */
 #ifndef FVV_JS_DECODER_H
 #define FVV_JS_DECODER_H
 
 #include "base/memory.h"
-#include "flat.h"
 #include "module.h"
 #include "stream/frames.h"
 #include "stream/tracks.h"
+#include "wasm_structs.h"
 
 /* What fvvjs_next returns besides FVV_FRAMES_CONFIGURATION to FVV_FRAMES_END; below 0: fvv_status, final. */
 enum {
@@ -71,11 +71,11 @@ typedef struct fvvjs_decoder {
   fvv_calibration *calibration;
   int64_t calibration_time; /* of what it holds */
   fvv_diagnostic diagnostic;
-  flat_frame frame;
+  wasm_frame frame;
   fvv_bytes lists[FVVJS_LISTS]; /* of structs that frame points to */
   fvvjs_pick pick;
   double range[3];
-  flat_sample background; /* of a group of the index */
+  wasm_sample background; /* of a group of the index */
 } fvvjs_decoder;
 
 /* decoder.c: bytes, or events, from a group of the index on. */

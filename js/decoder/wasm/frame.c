@@ -1,4 +1,4 @@
-/* One whole frame, decoded track by track into the flat structs. */
+/* One whole frame, decoded track by track into the structs of wasm_structs.h. */
 #include <string.h>
 
 #include "base/checked.h"
@@ -74,25 +74,25 @@ static fvv_status no_memory(fvvjs_decoder *d) {
 }
 
 static fvv_status fill_floats(fvvjs_decoder *d, fvvjs_track *track, const fvv_mesh *mesh, uint32_t want,
-                              flat_mesh *flat) {
+                              wasm_mesh *record) {
   const fvv_scene *scene = &d->configuration->scene;
   if (want & FVVJS_WANT_FLOATS) {
     float *positions = floats(&track->positions, mesh->vertex_count, 3);
     if (!positions) return no_memory(d);
     fvv_lattice_to_floats(scene->lattice_origin, scene->lattice_step, mesh->positions, mesh->vertex_count,
                           positions);
-    flat->positions = positions;
+    record->positions = positions;
     if (mesh->texture) {
       float *texture = floats(&track->texture, mesh->vertex_count, 2);
       if (!texture) return no_memory(d);
       fvv_texture_to_floats(mesh->texture_bits, mesh->texture, mesh->vertex_count, texture);
-      flat->texture = texture;
+      record->texture = texture;
     }
   }
   if (want & FVVJS_WANT_NORMALS) {
     float *normals = floats(&track->normals, mesh->vertex_count, 3);
     if (!normals) return no_memory(d);
-    flat->normals = normals;
+    record->normals = normals;
     return fvv_mesh_normals(mesh, &d->allocator, normals, &d->diagnostic);
   }
   return FVV_OK;
@@ -114,20 +114,20 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, co
   /* Those of a key mesh follow it, and hold for its delta frames. */
   if (key) track->colours.size = 0;
   const fvv_mesh *mesh = fvv_mesh_frames_current(&track->meshes);
-  flat_mesh flat = {track->id,
-                    header.profile,
-                    (uint32_t)key,
-                    mesh->vertex_count,
-                    mesh->face_count,
-                    mesh->positions,
-                    mesh->faces,
-                    NULL,
-                    NULL,
-                    NULL,
-                    track->colours.size ? track->colours.data : NULL};
-  status = fill_floats(d, track, mesh, want, &flat);
+  wasm_mesh record = {track->id,
+                      header.profile,
+                      (uint32_t)key,
+                      mesh->vertex_count,
+                      mesh->face_count,
+                      mesh->positions,
+                      mesh->faces,
+                      NULL,
+                      NULL,
+                      NULL,
+                      track->colours.size ? track->colours.data : NULL};
+  status = fill_floats(d, track, mesh, want, &record);
   if (status != FVV_OK) return status;
-  return fvv_bytes_append(&d->lists[FVVJS_MESHES], &flat, sizeof flat);
+  return fvv_bytes_append(&d->lists[FVVJS_MESHES], &record, sizeof record);
 }
 
 static fvv_status decode_visibility(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
@@ -154,14 +154,14 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvv_frame_chunk *chu
   /* One byte more, so that an empty mesh has an address. */
   if (fvv_bytes_reserve(&track->weights, count + 1) != FVV_OK) return no_memory(d);
   fvv_visibility_weights(seen->states, count, track->weights.data);
-  const flat_visibility flat = {track->id,
-                                seen->header.mesh_track,
-                                seen->header.threshold,
-                                seen->header.camera_count,
-                                seen->header.vertex_count,
-                                seen->cameras,
-                                track->weights.data};
-  return fvv_bytes_append(&d->lists[FVVJS_VISIBILITY], &flat, sizeof flat);
+  const wasm_visibility record = {track->id,
+                                  seen->header.mesh_track,
+                                  seen->header.threshold,
+                                  seen->header.camera_count,
+                                  seen->header.vertex_count,
+                                  seen->cameras,
+                                  track->weights.data};
+  return fvv_bytes_append(&d->lists[FVVJS_VISIBILITY], &record, sizeof record);
 }
 
 /* Three bytes a vertex become four, as graphics hardware reads them, from the last one on. */
@@ -194,7 +194,7 @@ static fvv_status decode_colours(fvvjs_decoder *d, const fvv_frame_chunk *chunk,
     status = fvv_colours_add(payload, size, chunk->header.flags & FVV_FLAG_KEY, mesh, d->configuration,
                              &d->limits, colours, &d->diagnostic);
   if (status == FVV_OK) status = fill_alpha(colours);
-  flat_mesh *meshes = (flat_mesh *)d->lists[FVVJS_MESHES].data;
+  wasm_mesh *meshes = (wasm_mesh *)d->lists[FVVJS_MESHES].data;
   for (size_t i = 0; status == FVV_OK && i < d->lists[FVVJS_MESHES].size / sizeof *meshes; i++)
     if (meshes[i].track == header.mesh_track) meshes[i].colours = colours->data;
   return status;
@@ -227,8 +227,8 @@ static fvv_status take_sample(fvvjs_decoder *d, const fvv_frame_chunk *chunk, co
   const fvv_status status =
       fvv_video_sample_check(&video->config, key, payload, (size_t)chunk->header.size, &d->diagnostic);
   if (status != FVV_OK) return status;
-  const flat_sample flat = {chunk->header.track, (uint32_t)key, payload, (uint32_t)chunk->header.size};
-  return fvv_bytes_append(&d->lists[FVVJS_SAMPLES], &flat, sizeof flat);
+  const wasm_sample record = {chunk->header.track, (uint32_t)key, payload, (uint32_t)chunk->header.size};
+  return fvv_bytes_append(&d->lists[FVVJS_SAMPLES], &record, sizeof record);
 }
 
 /* Holds for the frames of the group. */
@@ -243,16 +243,17 @@ static fvv_status decode_layout(fvvjs_decoder *d, const fvv_frame_chunk *chunk, 
 static fvv_status put_layouts(fvvjs_decoder *d) {
   for (size_t i = 0; i < track_count(d); i++) {
     const fvv_bytes *tiles = &track_at(d, i)->tiles;
-    const flat_layout flat = {track_at(d, i)->id, {tiles->data, (uint32_t)(tiles->size / sizeof(fvv_tile))}};
-    if (!flat.tiles.count) continue;
-    if (fvv_bytes_append(&d->lists[FVVJS_LAYOUTS], &flat, sizeof flat) != FVV_OK) return no_memory(d);
+    const wasm_layout record = {track_at(d, i)->id,
+                                {tiles->data, (uint32_t)(tiles->size / sizeof(fvv_tile))}};
+    if (!record.tiles.count) continue;
+    if (fvv_bytes_append(&d->lists[FVVJS_LAYOUTS], &record, sizeof record) != FVV_OK) return no_memory(d);
   }
   return FVV_OK;
 }
 
 static fvv_status take_background(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
-  const flat_sample flat = {chunk->header.track, 1, payload, (uint32_t)chunk->header.size};
-  return fvv_bytes_append(&d->lists[FVVJS_BACKGROUNDS], &flat, sizeof flat);
+  const wasm_sample record = {chunk->header.track, 1, payload, (uint32_t)chunk->header.size};
+  return fvv_bytes_append(&d->lists[FVVJS_BACKGROUNDS], &record, sizeof record);
 }
 
 /* The packets stay where they are; JavaScript takes them apart. */
@@ -280,15 +281,15 @@ static fvv_status take_sound(fvvjs_decoder *d, const fvv_frame_chunk *chunk, con
     const uint16_t bytes_of_packet = (uint16_t)packets[i].size;
     memcpy(sizes + 2 * (size_t)i, &bytes_of_packet, sizeof bytes_of_packet);
   }
-  const flat_sound flat = {track->id,
-                           sound.start,
-                           sound.packet_count,
-                           sound.preroll_count,
-                           {sound.position[0], sound.position[1], sound.position[2]},
-                           (const uint16_t *)sizes,
-                           data,
-                           (uint32_t)(size - (size_t)(data - payload))};
-  return fvv_bytes_append(&d->lists[FVVJS_SOUNDS], &flat, sizeof flat);
+  const wasm_sound record = {track->id,
+                             sound.start,
+                             sound.packet_count,
+                             sound.preroll_count,
+                             {sound.position[0], sound.position[1], sound.position[2]},
+                             (const uint16_t *)sizes,
+                             data,
+                             (uint32_t)(size - (size_t)(data - payload))};
+  return fvv_bytes_append(&d->lists[FVVJS_SOUNDS], &record, sizeof record);
 }
 
 static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
@@ -338,8 +339,8 @@ FVVJS_EXPORT uint32_t fvvjs_codecs_ahead(const fvvjs_decoder *d) {
   return d->frames && fvv_frames_peek(d->frames, FVV_CHUNK_MESH, &chunk) ? codec_of(d, &chunk) : 0;
 }
 
-static flat_list list_of(const fvvjs_decoder *d, int list, size_t size) {
-  const flat_list all = {d->lists[list].data, (uint32_t)(d->lists[list].size / size)};
+static wasm_list list_of(const fvvjs_decoder *d, int list, size_t size) {
+  const wasm_list all = {d->lists[list].data, (uint32_t)(d->lists[list].size / size)};
   return all;
 }
 
@@ -360,16 +361,16 @@ FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   }
   if (put_layouts(d) != FVV_OK) return FVV_ERROR_MEMORY;
   d->frame.time = d->event.time;
-  d->frame.meshes = list_of(d, FVVJS_MESHES, sizeof(flat_mesh));
-  d->frame.visibility = list_of(d, FVVJS_VISIBILITY, sizeof(flat_visibility));
+  d->frame.meshes = list_of(d, FVVJS_MESHES, sizeof(wasm_mesh));
+  d->frame.visibility = list_of(d, FVVJS_VISIBILITY, sizeof(wasm_visibility));
   d->frame.cameras = list_of(d, FVVJS_MOVING, sizeof(fvv_camera));
-  d->frame.samples = list_of(d, FVVJS_SAMPLES, sizeof(flat_sample));
-  d->frame.layouts = list_of(d, FVVJS_LAYOUTS, sizeof(flat_layout));
-  d->frame.backgrounds = list_of(d, FVVJS_BACKGROUNDS, sizeof(flat_sample));
-  d->frame.sounds = list_of(d, FVVJS_SOUNDS, sizeof(flat_sound));
+  d->frame.samples = list_of(d, FVVJS_SAMPLES, sizeof(wasm_sample));
+  d->frame.layouts = list_of(d, FVVJS_LAYOUTS, sizeof(wasm_layout));
+  d->frame.backgrounds = list_of(d, FVVJS_BACKGROUNDS, sizeof(wasm_sample));
+  d->frame.sounds = list_of(d, FVVJS_SOUNDS, sizeof(wasm_sound));
   return FVV_OK;
 }
 
-FVVJS_EXPORT const flat_frame *fvvjs_frame_data(const fvvjs_decoder *d) {
+FVVJS_EXPORT const wasm_frame *fvvjs_frame_data(const fvvjs_decoder *d) {
   return &d->frame;
 }

@@ -92,11 +92,11 @@ FVVJS_EXPORT int32_t fvvjs_find_background(fvvjs_decoder *d, uint32_t group, uin
   fvv_status status = fvv_stream_find_background(d->index, group, (uint16_t)track, &chunk, &d->diagnostic);
   if (status == FVV_OK) status = fvv_file_read_chunk(d->index->file, chunk, &payload, &d->diagnostic);
   if (status != FVV_OK) return status;
-  const flat_sample flat = {track, 1, payload, (uint32_t)chunk->size};
-  d->background = flat;
+  const wasm_sample record = {track, 1, payload, (uint32_t)chunk->size};
+  d->background = record;
   return FVV_OK;
 }
-FVVJS_EXPORT const flat_sample *fvvjs_background(const fvvjs_decoder *d) {
+FVVJS_EXPORT const wasm_sample *fvvjs_background(const fvvjs_decoder *d) {
   return &d->background;
 }
 

@@ -1,8 +1,8 @@
-// Reads structs of libfvv and of wasm/flat.h from a module's memory. Everything is copied: results stay valid when the
+// Reads structs of libfvv and of wasm/wasm_structs.h from a module's memory. Everything is copied: results stay valid when the
 // memory grows or is overwritten.
 
 // The size of each struct, and the type and offset of each field, with the number of elements or what a list holds.
-// begin of generated tables (wasm/generate_flat.mjs)
+// begin of generated tables (wasm/generate_wasm_structs.mjs)
 const layouts = {
   scene: {
     size: 56,
