@@ -6,7 +6,7 @@ import { FvvError } from "./errors.js";
 import { rungsOf } from "./ladder.js";
 import { Frame } from "./frame.js";
 import { compileBackground, compileCodec, compileCore, compileProjection } from "./modules.js";
-import { connect } from "./port.js";
+import { connect } from "./worker_rpc.js";
 import { SoundDecoders } from "./sound.js";
 import { createProjection } from "./wasm.js";
 

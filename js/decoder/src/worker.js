@@ -2,7 +2,7 @@
 
 import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
-import { connect } from "./port.js";
+import { connect } from "./worker_rpc.js";
 
 const READY = "ready";
 const { call } = connect(self, {
