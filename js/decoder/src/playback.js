@@ -1,11 +1,11 @@
 // From a source to frames in order: seeks through the index, drops damaged frames and reports them.
 
-import { Ahead, RangeFetcher } from "./sources/ahead.js";
+import { GroupPrefetcher, RangeFetcher } from "./sources/group_prefetcher.js";
 import { Environments } from "./background.js";
 import { FvvError } from "./errors.js";
 import { BufferedTimes, GroupIndex } from "./group_index.js";
 import { Chooser, rungsOf } from "./ladder.js";
-import { Parts } from "./sources/parts.js";
+import { ByteRanges } from "./sources/byte_ranges.js";
 import { Session } from "./session.js";
 
 export class Playback {
@@ -13,7 +13,7 @@ export class Playback {
   #emit;
   #want;
   #selection; // tracks of video; null: all
-  #parts;
+  #ranges;
   #index;
   #buffered;
   #session;
@@ -22,9 +22,9 @@ export class Playback {
   #shownScale = null; // pixels on the screen for a pixel of the cameras' pictures; null: not known
   #chooser = new Chooser();
   #rungs = []; // of the configuration that is played
-  #ladder = null; // what Ahead has to know of them
+  #ladder = null; // what GroupPrefetcher has to know of them
   #reported = null; // rung
-  #ahead = null; // of a ladder that is read in parts
+  #prefetcher = null; // of a ladder that is read in ranges
   #taken = null; // time of the last frame
   /** {seekable, frameCount, groups} */
   about;
@@ -62,10 +62,10 @@ export class Playback {
     this.#want = want;
     this.#selection = selection;
     this.#quality = quality;
-    this.#parts = new Parts(source);
+    this.#ranges = new ByteRanges(source);
     const available = function* () {
-      yield* this.#parts;
-      if (this.#ahead) yield* this.#ahead;
+      yield* this.#ranges;
+      if (this.#prefetcher) yield* this.#prefetcher;
     };
     this.#index = new GroupIndex(source, { [Symbol.iterator]: available.bind(this) });
     this.#buffered = new BufferedTimes(source, this.#index);
@@ -127,14 +127,14 @@ export class Playback {
   /** Tracks of video in frames from the next group on; null: all. */
   select(tracks) {
     this.#selection = tracks;
-    this.#ahead?.renew();
+    this.#prefetcher?.renew();
   }
 
   /** "auto" or a rung, from the next group on. */
   setQuality(quality) {
     if (quality === this.#quality) return;
     this.#quality = quality;
-    this.#ahead?.renew();
+    this.#prefetcher?.renew();
     this.#source.renew?.();
   }
   /** Rungs with more pixels than are shown are not chosen. */
@@ -145,15 +145,15 @@ export class Playback {
   get network() {
     return {
       throughput: this.#source.throughput ?? this.#chooser.throughput,
-      buffer: this.#ahead?.buffer ?? this.#source.buffer ?? null,
+      buffer: this.#prefetcher?.buffer ?? this.#source.buffer ?? null,
     };
   }
 
-  /** A file that is read in parts says at its beginning whether it has a ladder. */
+  /** A file that is read in ranges says at its beginning whether it has a ladder. */
   async #findLadder() {
     const [source, session, index] = [this.#source, this.#session, this.#index];
     const first = index.groups?.[0];
-    if (!first || source.inParts !== true || session.indexState !== 1) return;
+    if (!first || source.inRanges !== true || session.indexState !== 1) return;
     // The bytes after it are the first frames.
     if (!source.frugal) index.keep(0, await source.read(0, first.offset));
     if (!(await index.satisfied(() => session.play(0)))) return;
@@ -167,10 +167,11 @@ export class Playback {
     this.#lookAhead();
   }
   #lookAhead() {
-    this.#ahead?.stop();
+    this.#prefetcher?.stop();
     const { groups } = this.#index;
     const fetcher = new RangeFetcher(this.#source, groups, this.#ladder);
-    this.#ahead = this.#rungs.length > 1 ? new Ahead(fetcher, groups, this.#ladder, () => this.#taken) : null;
+    this.#prefetcher =
+      this.#rungs.length > 1 ? new GroupPrefetcher(fetcher, groups, this.#ladder, () => this.#taken) : null;
   }
   #setRungs(configuration) {
     const rungs = rungsOf(configuration);
@@ -193,7 +194,7 @@ export class Playback {
       },
     };
   }
-  /** What Ahead asks about rungs. seconds(ticks). */
+  /** What GroupPrefetcher asks about rungs. seconds(ticks). */
   #choices(seconds) {
     const wish = () => (this.#quality === "auto" ? null : this.#quality);
     return { chooser: this.#chooser, wish, best: () => this.#bestShown(), seconds };
@@ -257,8 +258,8 @@ export class Playback {
       recalled: new Set(), // groups whose configuration comes from a repetition that follows them
       next: null, // the group to be picked from instead of being read in order
     };
-    this.#parts.clear();
-    this.#ahead?.stop();
+    this.#ranges.clear();
+    this.#prefetcher?.stop();
     for (let group = first; group !== null;)
       group = yield* this.#picks(state, group) ? this.#pick(state, group, signal) : this.#stream(state, group, signal);
     if (state.candidate) yield { ...state.candidate, skipped: false };
@@ -272,8 +273,8 @@ export class Playback {
   /** Whether a group should be read without some of its tracks. */
   #picks(state, group) {
     const [source, session] = [this.#source, this.#session];
-    const wanted = this.#selection !== null || this.#ahead !== null;
-    return wanted && source.inParts === true && session.indexState === 1 && !state.whole.has(group);
+    const wanted = this.#selection !== null || this.#prefetcher !== null;
+    return wanted && source.inRanges === true && session.indexState === 1 && !state.whole.has(group);
   }
 
   /** Reads bytes in order, from a group on. Returns the group to be picked from, or null at the end. */
@@ -322,8 +323,8 @@ export class Playback {
 
   /** Reads a group without unselected tracks. Returns the next group, or the same one if it has to be read whole. */
   async *#pick(state, group, signal) {
-    if (this.#ahead) return yield* this.#pickRung(state, group, signal);
-    const [session, parts, index] = [this.#session, this.#parts, this.#index];
+    if (this.#prefetcher) return yield* this.#pickRung(state, group, signal);
+    const [session, index] = [this.#session, this.#index];
     const { reads } = index;
     state.at = null;
     const abort = new AbortController();
@@ -331,7 +332,7 @@ export class Playback {
     signal?.addEventListener("abort", stop, { once: true });
     this.#source.leave();
     try {
-      await parts.prepare(index.groups, group, signal);
+      await this.#ranges.prepare(index.groups, group, signal);
       const leftOut = (await this.#begin(state, group)) ? this.#leftOut() : [];
       if (!leftOut.length) {
         state.whole.add(group);
@@ -339,13 +340,13 @@ export class Playback {
       }
       session.leaveOut(leftOut);
       const picked = session.picked();
-      for await (const _ of parts.fetch(picked, abort.signal)) {
+      for await (const _ of this.#ranges.fetch(picked, abort.signal)) {
         yield* this.#drain(state);
         if (state.ended) break;
       }
       yield* this.#drain(state);
       if (!state.ended) throw new FvvError({ code: "io", message: "a part of a group cannot be read" });
-      const ranges = [...parts.tableOf(index.groups, group), ...picked];
+      const ranges = [...this.#ranges.tableOf(index.groups, group), ...picked];
       this.#buffered.cover(group, index.groups[group].end, ranges, state.tracks);
     } finally {
       state.picking = state.ended = false;
@@ -361,18 +362,18 @@ export class Playback {
 
   /** The same with a ladder: the group comes in the rung that was chosen when it was fetched. */
   async *#pickRung(state, group, signal) {
-    const [session, ahead, index] = [this.#session, this.#ahead, this.#index];
+    const [session, prefetcher, index] = [this.#session, this.#prefetcher, this.#index];
     const { reads } = index;
     state.at = null;
-    if (!ahead.running) ahead.start(group, signal);
-    const coming = await ahead.take(group);
-    if (!coming || signal?.aborted) return null;
-    if (coming.error) throw coming.error;
-    [state.rung, state.reason] = [coming.rung, coming.reason];
+    if (!prefetcher.running) prefetcher.start(group, signal);
+    const pending = await prefetcher.take(group);
+    if (!pending || signal?.aborted) return null;
+    if (pending.error) throw pending.error;
+    [state.rung, state.reason] = [pending.rung, pending.reason];
     const ladder = this.#ladder;
     try {
       if (!(await this.#begin(state, group))) {
-        ahead.stop();
+        prefetcher.stop();
         state.whole.add(group);
         return group;
       }
@@ -381,20 +382,20 @@ export class Playback {
         this.#lookAhead();
         return group;
       }
-      session.leaveOut(coming.leftOut);
-      for await (const _ of ahead.arrivals(coming)) {
+      session.leaveOut(pending.leftOut);
+      for await (const _ of prefetcher.arrivals(pending)) {
         yield* this.#drain(state);
         if (state.ended) break;
       }
       if (!state.ended) throw new FvvError({ code: "io", message: "a part of a group cannot be read" });
-      const ranges = [...this.#parts.tableOf(index.groups, group), ...coming.ranges];
+      const ranges = [...this.#ranges.tableOf(index.groups, group), ...pending.ranges];
       this.#buffered.cover(group, index.groups[group].end, ranges, state.tracks);
     } finally {
       state.picking = state.ended = false;
       index.forgetReads(reads);
     }
     if (group + 1 < index.groups.length) return group + 1;
-    ahead.stop();
+    prefetcher.stop();
     state.footer = true;
     return null;
   }
@@ -506,7 +507,7 @@ export class Playback {
     const index =
       groups?.findIndex((group) => (inSections ? group.sequence === about.sequence : group.offset === about.offset)) ??
       -1;
-    const leavesOut = () => this.#ahead !== null || this.#videosLeftOut().length > 0;
+    const leavesOut = () => this.#prefetcher !== null || this.#videosLeftOut().length > 0;
     if (index >= 0 && !state.picking && this.#picks(state, index) && leavesOut()) {
       state.next = index;
       return false;
@@ -624,7 +625,7 @@ export class Playback {
   }
 
   close() {
-    this.#ahead?.stop();
+    this.#prefetcher?.stop();
     this.#session.close();
   }
 }

@@ -5,7 +5,7 @@ import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { after, test } from "node:test";
 
 import { camerasFor, createDecoder, FvvError } from "../dist/index.js";
-import { Parts } from "../dist/sources/parts.js";
+import { ByteRanges } from "../dist/sources/byte_ranges.js";
 import { damaged, joinStreams } from "./edit_streams.mjs";
 import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
@@ -326,17 +326,17 @@ test("damage anywhere: no wrong frame, and only FvvErrors are thrown", async () 
 
 test("bytes that arrive while a frame waits to be taken are used", async () => {
   const source = {
-    async *part(from, end) {
+    async *range(from, end) {
       for (let at = from; at < end; at += 50) {
         yield new Uint8Array(50);
         await new Promise((done) => setTimeout(done, 1));
       }
     },
   };
-  const parts = new Parts(source);
+  const ranges = new ByteRanges(source);
   let seen = 0;
-  for await (const _ of parts.fetch([{ from: 0, end: 100 }])) {
-    seen = [...parts].at(-1).bytes.length;
+  for await (const _ of ranges.fetch([{ from: 0, end: 100 }])) {
+    seen = [...ranges].at(-1).bytes.length;
     await new Promise((done) => setTimeout(done, 20));
   }
   assert.equal(seen, 100);

@@ -1,9 +1,9 @@
 // Where bytes come from: memory, files, streams and URLs. A source has:
 //   stream(from, signal)       async iterator of Uint8Array from an offset to the end
 //   size, read(offset, size)   only if it can be read at any offset
-//   part(from, end, signal)    only if reading less is worth more requests, as long as inParts is true: as stream, up to
-//                              byte end - 1; frugal is set by the caller who begins with part. The first bytes were
-//                              requested when the source was opened, lead() asks for more; they serve near parts,
+//   range(from, end, signal)   only if reading less is worth more requests, as long as inRanges is true: as stream, up to
+//                              byte end - 1; frugal is set by the caller who begins with range. The first bytes were
+//                              requested when the source was opened, lead() asks for more; they serve near ranges,
 //                              too, until leave() ends this
 //   front, rewinds, complete   of a single response: bytes that have arrived, whether they can all be read again (then
 //                              stream begins anywhere up to front), and whether the response is complete
@@ -11,8 +11,7 @@
 //   kept(offset, out)          copies bytes of a cache to out, or returns false
 //   type                       Content-Type of a response, or null
 //   divide(offsets)            sets where groups begin; forget(offset): a byte there is damaged; close()
-//   rungs, follow(choices, position), renew(), buffer   of a source that has each rung by itself: choices(seconds) returns what
-//                              Ahead asks; position(): as for Ahead; renew(): another quality is wanted
+//   rungs, follow(choices, position), renew(), buffer   of a source that has each rung by itself: choices(seconds) returns ; renew(): another quality is wanted
 //   rungOf(tracks), throughput of a source that changes the rung by itself: {rung, reason} of a configuration with these tracks
 //   inSections, groups         a source in sections has inSections true. A section is a file header, a configuration
 //                              block and then any groups (clause 6.4). Between pieces of bytes such a source yields
@@ -31,7 +30,7 @@ import { Segments } from "./segments.js";
 
 const BLOCK = 1 << 20;
 
-class Bytes {
+class BufferSource {
   constructor(bytes) {
     this.bytes = bytes;
     this.size = bytes.length;
@@ -44,7 +43,7 @@ class Bytes {
   }
 }
 
-class File {
+class BlobSource {
   #blob;
   constructor(blob) {
     this.#blob = blob;
@@ -59,7 +58,7 @@ class File {
 }
 
 /** Bytes in order, once. pull(): the next piece or null. */
-class Stream {
+class SequentialSource {
   #pull;
   constructor(pull) {
     this.#pull = pull;
@@ -165,7 +164,7 @@ class Beginning {
 }
 
 /** A host that supports Range. The first bytes are requested together with the last ones. */
-class Ranges {
+class RangeSource {
   #url;
   #init;
   #etag;
@@ -194,8 +193,8 @@ class Ranges {
     if (this.#asked > 0) this.#head.extend(this.#answered(head.response, 0, this.#asked));
     else this.leave();
   }
-  /** From a host that returns the whole file a part is requested only once. */
-  get inParts() {
+  /** From a host that returns the whole file a range is requested only once. */
+  get inRanges() {
     return !this.#ignoresRange;
   }
   /** From here on the bytes are in suffix. */
@@ -249,7 +248,7 @@ class Ranges {
       if (at >= end) return;
     }
   }
-  async *part(from, end, signal) {
+  async *range(from, end, signal) {
     const head = this.#head;
     let at = from;
     if (head && from - head.length <= ROUND_TRIP_BYTES) {
@@ -307,7 +306,7 @@ class Ranges {
       return this.#head.front(size);
     }
     const pieces = [];
-    for await (const piece of this.part(offset, offset + size)) pieces.push(piece);
+    for await (const piece of this.range(offset, offset + size)) pieces.push(piece);
     return new Uint8Array(await new Blob(pieces).arrayBuffer());
   }
   /**
@@ -360,7 +359,7 @@ class Ranges {
 }
 
 /** A single response with the whole file. Its bytes can be read again as long as the cache has all of them. */
-class Download {
+class ResponseSource {
   #abort;
   #cache;
   #body;
@@ -445,7 +444,7 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
     head.abort.abort();
     const response = await request(url, { ...init, signal: abort.signal });
     if (!response.ok) throw failed(url, response);
-    return new Download(response, abort, { cache, rewinds: seekable });
+    return new ResponseSource(response, abort, { cache, rewinds: seekable });
   };
   if (!seekable) return whole();
   const ask = (range, { signal }) =>
@@ -460,7 +459,7 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
   if (response.status !== 206) {
     head.abort.abort();
     cannot(`the server responds ${response.status} to a request for a range`);
-    return new Download(response, abort, { cache, rewinds: true });
+    return new ResponseSource(response, abort, { cache, rewinds: true });
   }
   const rangeOf = ({ headers }) => /^bytes (\d+)-(\d+)\/(\d+)$/.exec(headers.get("content-range") ?? "");
   let range = rangeOf(response);
@@ -487,7 +486,7 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
     cannot(why);
     return whole();
   }
-  return new Ranges(url, init, size, response.headers, suffix, head, { warn, cache, requests: misread ? 3 : 2 });
+  return new RangeSource(url, init, size, response.headers, suffix, head, { warn, cache, requests: misread ? 3 : 2 });
 }
 
 /**
@@ -496,10 +495,10 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
  * quality: as for the decoder.
  */
 export async function openSource(description, { pull, warn, cache, quality }) {
-  if (description.bytes) return new Bytes(description.bytes);
-  if (description.blob) return new File(description.blob);
+  if (description.bytes) return new BufferSource(description.bytes);
+  if (description.blob) return new BlobSource(description.blob);
   if (description.live) return Live.open(description.live, { warn, quality });
   if (description.segments) return Segments.open(description.segments, cache);
   if (description.url) return openUrl(description, { warn, cache });
-  return new Stream(pull);
+  return new SequentialSource(pull);
 }

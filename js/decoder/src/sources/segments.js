@@ -1,6 +1,6 @@
 // A stream as a folder (spec/segments.schema.json): a manifest, the configuration, and a file for each group.
 
-import { Ahead } from "./ahead.js";
+import { GroupPrefetcher } from "./group_prefetcher.js";
 import { FILE_HEADER_SIZE, beginsWithFileHeader, chunkPayload, crc32c } from "../chunks.js";
 import { FvvError } from "../errors.js";
 import { failed, request } from "./request.js";
@@ -95,7 +95,7 @@ export class Segments {
   #files = null; // of rungs: {rung, bitRate, ..., configuration, files}; null: there is no ladder
   #tick; // seconds
   #follows = null;
-  #ahead = null;
+  #prefetcher = null;
   inSections = true;
   requests = 0;
   bytesRead = 0;
@@ -198,13 +198,13 @@ export class Segments {
     if (this.#files) this.#follows = { choices, position };
   }
   renew() {
-    this.#ahead?.renew();
+    this.#prefetcher?.renew();
   }
   get buffer() {
-    return this.#ahead?.buffer ?? null;
+    return this.#prefetcher?.buffer ?? null;
   }
 
-  /** What Ahead fetches: of each rung a file for each group. */
+  /** What GroupPrefetcher fetches: of each rung a file for each group. */
   get #fetcher() {
     const bytesRead = () => this.bytesRead;
     return {
@@ -212,16 +212,16 @@ export class Segments {
         return bytesRead();
       },
       plans: async (i) => this.#files.map(({ rung, files }) => ({ rung, file: files[i], size: files[i].bytes })),
-      fetch: (coming, signal) => this.#pieces(coming, signal),
+      fetch: (pending, signal) => this.#pieces(pending, signal),
     };
   }
   /** Yields the sizes of pieces of a file; in the end the group has its bytes. */
-  async *#pieces(coming, signal) {
-    const { file, bytes: size, offset } = coming.file;
+  async *#pieces(pending, signal) {
+    const { file, bytes: size, offset } = pending.file;
     const kept = this.#cache.take(offset, offset + size);
     if (kept?.length === size) {
       this.#cache.hits++;
-      coming.bytes = kept;
+      pending.bytes = kept;
       yield size;
       return;
     }
@@ -235,9 +235,9 @@ export class Segments {
       this.bytesRead += value.length;
       yield value.length;
     }
-    coming.bytes = new Uint8Array(await new Blob(pieces).arrayBuffer());
-    this.#check(url, coming.bytes, coming.file);
-    this.#cache.put(offset, coming.bytes);
+    pending.bytes = new Uint8Array(await new Blob(pieces).arrayBuffer());
+    this.#check(url, pending.bytes, pending.file);
+    this.#cache.put(offset, pending.bytes);
   }
 
   /** From a group on, each in the rung that was chosen when it was fetched. */
@@ -245,19 +245,19 @@ export class Segments {
     const { groups } = this;
     const { choices, position } = this.#follows;
     const seconds = (ticks) => Number(ticks) * this.#tick;
-    const ahead = (this.#ahead = new Ahead(this.#fetcher, groups, choices(seconds), position));
-    ahead.start(first, signal);
+    const prefetcher = (this.#prefetcher = new GroupPrefetcher(this.#fetcher, groups, choices(seconds), position));
+    prefetcher.start(first, signal);
     let known = null;
     for (let i = first; i < groups.length; i++) {
-      const coming = await ahead.take(i);
-      if (!coming || signal?.aborted) return;
+      const pending = await prefetcher.take(i);
+      if (!pending || signal?.aborted) return;
       try {
-        for await (const _ of ahead.arrivals(coming));
-        const [header, block] = await this.#begin(this.#files[coming.rung].configuration, signal);
+        for await (const _ of prefetcher.arrivals(pending));
+        const [header, block] = await this.#begin(this.#files[pending.rung].configuration, signal);
         if (known === null) yield header;
-        yield { rung: coming.rung, reason: coming.reason };
-        if (known !== coming.rung) yield block;
-        known = coming.rung;
+        yield { rung: pending.rung, reason: pending.reason };
+        if (known !== pending.rung) yield block;
+        known = pending.rung;
       } catch (error) {
         if (signal?.aborted) return;
         yield* lossOf(error);
@@ -265,9 +265,9 @@ export class Segments {
         continue;
       }
       this.#current = null;
-      yield coming.bytes;
+      yield pending.bytes;
     }
-    ahead.stop();
+    prefetcher.stop();
   }
 
   /** From a group on; the next one is fetched while one is decoded. */
@@ -282,10 +282,10 @@ export class Segments {
       file?.catch(() => {});
       return file;
     };
-    let coming = ask(first);
+    let pending = ask(first);
     let inSection = false;
     for (let i = first; i < groups.length; i++) {
-      const file = coming;
+      const file = pending;
       let bytes;
       try {
         if (!inSection) yield* await this.#begin(this.#configuration, signal);
@@ -297,7 +297,7 @@ export class Segments {
         yield* lossOf(error);
         inSection = false;
       }
-      coming = ask(i + 1);
+      pending = ask(i + 1);
       this.#current = groups[i];
       if (bytes) yield bytes;
     }
@@ -315,7 +315,7 @@ export class Segments {
     if (this.#current) this.#cache.drop(this.#current.offset);
   }
   close() {
-    this.#ahead?.stop();
+    this.#prefetcher?.stop();
     this.#cache.clear();
   }
 }

@@ -1,4 +1,4 @@
-// Parts of a file that are fetched separately: which ones, and the bytes of each that have arrived.
+// ByteRanges of a file that are fetched separately: which ones, and the bytes of each that have arrived.
 
 import { GROUP_SIZE } from "../chunks.js";
 import { ROUND_TRIP_BYTES } from "./open.js";
@@ -27,7 +27,7 @@ function joinRanges(ranges) {
 }
 
 /** The bytes from .. end - 1 of a source, as they arrive. */
-class Part {
+class ByteRange {
   #room;
   #filled = 0;
   #over = false;
@@ -37,7 +37,7 @@ class Part {
   constructor(source, { from, end }, signal) {
     Object.assign(this, { at: from, end });
     this.#room = new Uint8Array(Math.min(end - from, ROOM));
-    this.#fetch(source.part(from, end, signal));
+    this.#fetch(source.range(from, end, signal));
   }
   get bytes() {
     return this.#room.subarray(0, this.#filled);
@@ -79,10 +79,10 @@ class Part {
   }
 }
 
-/** The parts of the current group, and the table of the next one. Iterates over {at, bytes} that have arrived. */
-export class Parts {
+/** The ranges of the current group, and the table of the next one. Iterates over {at, bytes} that have arrived. */
+export class ByteRanges {
   #source;
-  #tables = new Map(); // group -> Part: its GEND, and the GRUP of the next group if that is near
+  #tables = new Map(); // group -> ByteRange: its GEND, and the GRUP of the next group if that is near
   #ranges = new Set();
   #keeps;
   /** keeps: bytes stay until clear, and not only until they were yielded. */
@@ -111,13 +111,13 @@ export class Parts {
     const [, { from, end }] = this.tableOf(groups, i);
     const next = groups[i + 1]?.offset ?? Infinity;
     const range = { from, end: next - end < BETWEEN ? next + GROUP_SIZE : end };
-    if (!this.#tables.has(i)) this.#tables.set(i, new Part(this.#source, range, signal));
+    if (!this.#tables.has(i)) this.#tables.set(i, new ByteRange(this.#source, range, signal));
     return this.#tables.get(i);
   }
 
   /** What others has fetched is there, too. */
   adopt(others) {
-    for (const part of others) this.#ranges.add(part);
+    for (const range of others) this.#ranges.add(range);
   }
 
   /** Fetches GRUP and GEND of group i, and begins to fetch those of the next group, unless that one is wanted alone. */
@@ -127,38 +127,41 @@ export class Parts {
     const needed = [this.#table(groups, i, signal)];
     const [opening] = this.tableOf(groups, i);
     if (!(this.#tables.get(i - 1)?.end >= opening.end)) {
-      needed.push(new Part(this.#source, opening, signal));
+      needed.push(new ByteRange(this.#source, opening, signal));
       this.#ranges.add(needed.at(-1));
     }
-    await Promise.all(needed.map((part) => part.all()));
+    await Promise.all(needed.map((range) => range.all()));
     if (!alone && i + 1 < groups.length) this.#table(groups, i + 1, signal);
   }
 
   /** Fetches ranges, and yields how many more bytes have arrived in order. */
   async *fetch(ranges, signal) {
     const wanted = joinRanges(ranges);
-    const parts = [];
+    const requested = [];
     for (let i = 0; i < wanted.length; i++) {
-      this.#ask(wanted, parts, i, signal);
-      for (let size = 0; await parts[i].more(size);) {
+      this.#ask(wanted, requested, i, signal);
+      for (let size = 0; await requested[i].more(size);) {
         // Before the caller uses the bytes: more may arrive meanwhile.
         const former = size;
-        size = parts[i].bytes.length;
-        this.#ask(wanted, parts, i, signal);
+        size = requested[i].bytes.length;
+        this.#ask(wanted, requested, i, signal);
         yield size - former;
       }
-      if (!this.#keeps) this.#ranges.delete(parts[i]);
+      if (!this.#keeps) this.#ranges.delete(requested[i]);
     }
   }
-  /** Begins to fetch part i, and as many after it as the window allows. */
-  #ask(wanted, parts, i, signal) {
+  /** Begins to fetch range i, and as many after it as the window allows. */
+  #ask(wanted, requested, i, signal) {
     const window = i === 0 ? WINDOW_FIRST : WINDOW;
-    let outstanding = parts.slice(i).reduce((sum, part) => sum + part.outstanding, 0);
-    while (parts.length < Math.min(wanted.length, i + CONCURRENT) && (parts.length === i || outstanding < window)) {
-      const part = new Part(this.#source, wanted[parts.length], signal);
-      outstanding += part.outstanding;
-      parts.push(part);
-      this.#ranges.add(part);
+    let outstanding = requested.slice(i).reduce((sum, range) => sum + range.outstanding, 0);
+    while (
+      requested.length < Math.min(wanted.length, i + CONCURRENT) &&
+      (requested.length === i || outstanding < window)
+    ) {
+      const range = new ByteRange(this.#source, wanted[requested.length], signal);
+      outstanding += range.outstanding;
+      requested.push(range);
+      this.#ranges.add(range);
     }
   }
 }

@@ -1,7 +1,7 @@
 // Groups of a stream with a ladder, fetched ahead of playback: each in the rung that suits the network by then.
 
 import { CHUNK_HEADER_SIZE, tableOfGroup } from "../chunks.js";
-import { CONCURRENT, Parts } from "./parts.js";
+import { CONCURRENT, ByteRanges } from "./byte_ranges.js";
 
 /** Bytes that are held for groups that are not played yet. */
 const BYTES_MAX = 32 * 2 ** 20;
@@ -45,7 +45,7 @@ export class RangeFetcher {
 
   async plans(i, signal) {
     const { offset, size, endSize } = this.#groups[i];
-    const tables = new Parts(this.#source, { keeps: true });
+    const tables = new ByteRanges(this.#source, { keeps: true });
     await tables.prepare(this.#groups, i, signal, { alone: true });
     const [, { from }] = tables.tableOf(this.#groups, i);
     const end = [...tables].find(({ at, bytes }) => at <= from && at + bytes.length >= offset + size);
@@ -54,20 +54,20 @@ export class RangeFetcher {
       const leftOut = this.#leftOut(rung);
       const ranges = table.filter(({ track }) => !leftOut.includes(track)).map(({ from, end }) => ({ from, end }));
       const bytes = ranges.reduce((sum, { from, end }) => sum + end - from, 0);
-      const parts = new Parts(this.#source, { keeps: true });
-      parts.adopt(tables);
-      return { rung, leftOut, ranges, parts, size: bytes };
+      const byteRanges = new ByteRanges(this.#source, { keeps: true });
+      byteRanges.adopt(tables);
+      return { rung, leftOut, ranges, byteRanges, size: bytes };
     });
   }
-  async *fetch({ parts, ranges }, signal) {
-    yield* parts.fetch(ranges, signal);
+  async *fetch({ byteRanges, ranges }, signal) {
+    yield* byteRanges.fetch(ranges, signal);
     // The response of the beginning is worth its bytes for the first group only.
     this.#source.leave();
   }
 }
 
 /** A group in one rung, as it arrives. */
-class Coming {
+class PendingGroup {
   done = false;
   error = null;
   changed = new Signal();
@@ -83,12 +83,12 @@ class Coming {
   }
 }
 
-export class Ahead {
+export class GroupPrefetcher {
   #fetcher;
   #groups;
   #ladder;
   #position;
-  #coming = new Map(); // group -> Coming
+  #pending = new Map(); // group -> PendingGroup
   #changed = new Signal(); // when a group is planned, or playback moves on
   #playing = -1;
   #abort = null;
@@ -103,7 +103,7 @@ export class Ahead {
     this.#position = position;
   }
   *[Symbol.iterator]() {
-    for (const { parts } of this.#coming.values()) if (parts) yield* parts;
+    for (const { byteRanges } of this.#pending.values()) if (byteRanges) yield* byteRanges;
   }
 
   /** Begins to fetch from a group on. */
@@ -118,8 +118,8 @@ export class Ahead {
   stop() {
     this.#abort?.abort();
     this.#abort = null;
-    for (const { abort } of this.#coming.values()) abort.abort();
-    this.#coming.clear();
+    for (const { abort } of this.#pending.values()) abort.abort();
+    this.#pending.clear();
     this.#changed.raise();
   }
   get running() {
@@ -127,13 +127,13 @@ export class Ahead {
   }
   /** Groups after the one that is played are fetched again: another quality is wanted. */
   renew() {
-    if (!this.#abort || this.#coming.size <= 1) return;
+    if (!this.#abort || this.#pending.size <= 1) return;
     const { signal } = this.#abort;
     const first = this.#playing + 1;
-    for (const [group, { abort }] of this.#coming)
+    for (const [group, { abort }] of this.#pending)
       if (group >= first) {
         abort.abort();
-        this.#coming.delete(group);
+        this.#pending.delete(group);
       }
     this.#abort.abort();
     this.#abort = new AbortController();
@@ -143,32 +143,32 @@ export class Ahead {
   /** The group that is played next, once its rung is chosen; groups before it are forgotten. null: stopped. */
   async take(group) {
     this.#playing = group;
-    for (const known of this.#coming.keys()) if (known < group) this.#coming.delete(known);
+    for (const known of this.#pending.keys()) if (known < group) this.#pending.delete(known);
     this.#changed.raise();
-    while (this.#abort && !this.#coming.has(group)) await this.#changed.wait();
-    return this.#coming.get(group) ?? null;
+    while (this.#abort && !this.#pending.has(group)) await this.#changed.wait();
+    return this.#pending.get(group) ?? null;
   }
   /** Yields whenever more bytes of a group have arrived in order. */
-  async *arrivals(coming) {
-    while (!coming.done) {
-      const more = coming.changed.wait();
+  async *arrivals(pending) {
+    while (!pending.done) {
+      const more = pending.changed.wait();
       yield;
       await more;
     }
-    if (coming.error) throw coming.error;
+    if (pending.error) throw pending.error;
     yield;
   }
 
   /** Seconds of playback that have arrived and were not taken. */
   get buffer() {
     let end = null;
-    for (let i = this.#playing; this.#coming.get(i)?.done; i++) end = this.#groups[i].end;
+    for (let i = this.#playing; this.#pending.get(i)?.done; i++) end = this.#groups[i].end;
     if (end === null) return 0;
     const from = this.#position() ?? this.#groups[this.#playing].start;
     return Math.max(0, this.#ladder.seconds(end - from));
   }
   get #bytes() {
-    return Array.from(this.#coming.values()).reduce((sum, { size }) => sum + size, 0);
+    return Array.from(this.#pending.values()).reduce((sum, { size }) => sum + size, 0);
   }
 
   async #run(first, signal) {
@@ -201,19 +201,19 @@ export class Ahead {
     } catch (error) {
       if (signal.aborted) return;
       // Who plays the group reports the error.
-      const failed = new Coming({ rung: 0, size: 0 });
+      const failed = new PendingGroup({ rung: 0, size: 0 });
       failed.end(error);
-      this.#coming.set(i, failed);
+      this.#pending.set(i, failed);
       this.#changed.raise();
     }
   }
 
   /** false: it was abandoned, as late(missing bits, throughput) said. */
   async #load(i, plan, signal, late) {
-    const coming = new Coming(plan);
-    const stop = () => coming.abort.abort();
+    const pending = new PendingGroup(plan);
+    const stop = () => pending.abort.abort();
     signal.addEventListener("abort", stop, { once: true });
-    this.#coming.set(i, coming);
+    this.#pending.set(i, pending);
     this.#changed.raise();
     const began = now();
     const before = this.#fetcher.bytesRead;
@@ -222,22 +222,22 @@ export class Ahead {
     const measured = (bytes, seconds) => chooser.measured(bytes, seconds, this.#fetcher.latency - latency);
     try {
       let arrived = 0;
-      for await (const bytes of this.#fetcher.fetch(coming, coming.abort.signal)) {
-        coming.changed.raise();
+      for await (const bytes of this.#fetcher.fetch(pending, pending.abort.signal)) {
+        pending.changed.raise();
         arrived += bytes;
         const [network, seconds] = [this.#fetcher.bytesRead - before, now() - began];
         // What has come so far says more of a network that breaks down than what was measured before.
         const throughput = seconds > 0.3 ? (8 * network) / seconds : chooser.throughput;
         if (late(8 * Math.max(0, plan.size - arrived), throughput)) {
           measured(network, seconds);
-          coming.abort.abort();
+          pending.abort.abort();
           return false;
         }
       }
       measured(this.#fetcher.bytesRead - before, now() - began);
-      coming.end();
+      pending.end();
     } catch (error) {
-      if (!signal.aborted) coming.end(error);
+      if (!signal.aborted) pending.end(error);
     } finally {
       signal.removeEventListener("abort", stop);
     }
