@@ -43,7 +43,7 @@ async function inChromium() {
   const { result, post } = awaitPost(60);
   const server = await serve(files, post);
   const proxy = await shapedProxy(Number(new URL(server.url).port), LINK);
-  const leave = visit(browsers.chromium, `http://127.0.0.1:${proxy.port}/test/first.html`);
+  const leave = visit(browsers.chromium, `http://127.0.0.1:${proxy.port}/test/first_frame_page.html`);
   try {
     const { ms, error } = await result;
     if (error) throw new Error(error);

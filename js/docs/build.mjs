@@ -9,7 +9,7 @@ import { parseArgs } from "node:util";
 
 import { makeReferences } from "./references/references.mjs";
 import { root } from "./sources.mjs";
-import { stage } from "./stage.mjs";
+import { copyPages } from "./copy_pages.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 
@@ -20,7 +20,7 @@ export async function buildDocs(out, tools, base = "/docs/") {
   rmSync(pages, { recursive: true, force: true });
   mkdirSync(pages, { recursive: true });
   const references = await makeReferences(pages, tools, work);
-  stage(pages, new Set(references.flatMap(({ files }) => files)));
+  copyPages(pages, new Set(references.flatMap(({ files }) => files)));
   process.env.FVV_DOCS = JSON.stringify({ pages, references, base });
   const { build } = await import("vitepress");
   const made = join(work, "made");

@@ -33,7 +33,7 @@ export class Engine {
   #generation = 0; // of seeks
   #read = []; // frames and events that are not in the queue yet; their pictures are not decoded
   #queue = [];
-  #hearing = false; // whether sound is wanted
+  #wantsSound = false; // whether sound is wanted
   #sounds = []; // what soundsAhead returns: {generation, configured, chunks}
   #soundConfiguration = ""; // the last one
   #listening = null; // resolves when that changes
@@ -60,7 +60,7 @@ export class Engine {
   async open(options) {
     const { source, module, limits, video, hasFallback, queue, tracks = null, quality = "auto", ...more } = options;
     const { waitsForSelection = false, audio = false, ...want } = more;
-    this.#hearing = audio;
+    this.#wantsSound = audio;
     this.#limit = Math.max(1, queue);
     this.#quality = quality;
     this.#description = source;
@@ -110,7 +110,7 @@ export class Engine {
 
   /** Events are queued between frames, so that they are dispatched in order. */
   #emit(type, detail) {
-    if (type === "sounds") return this.#hearing && this.#addSounds({ chunks: detail });
+    if (type === "sounds") return this.#wantsSound && this.#addSounds({ chunks: detail });
     if (type === "configuration") this.#configureSound(detail);
     this.#read.push({ type, detail });
     this.#fill();
@@ -120,7 +120,7 @@ export class Engine {
     this.#tickSeconds = timeBase.numerator / timeBase.denominator;
     // A repetition of the configuration does not interrupt sound.
     const text = JSON.stringify(sounds, (_, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value));
-    if (!this.#hearing || text === this.#soundConfiguration) return;
+    if (!this.#wantsSound || text === this.#soundConfiguration) return;
     this.#soundConfiguration = text;
     this.#addSounds({ configured: structuredClone(sounds) });
   }
@@ -164,7 +164,7 @@ export class Engine {
   }
   /** Whether enough was read. */
   get #ahead() {
-    if (!this.#hearing || !this.#soundTracks) return this.#full;
+    if (!this.#wantsSound || !this.#soundTracks) return this.#full;
     const frames = this.#read.filter(({ type }) => type === "frame");
     return (
       frames.length > 0 && Number(frames.at(-1).frame.time - frames[0].frame.time) * this.#tickSeconds >= SOUND_AHEAD

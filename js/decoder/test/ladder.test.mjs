@@ -173,7 +173,7 @@ for (const [name, browser] of Object.entries(browsers)) {
       const { result, post } = awaitPost(60);
       const host = await serve(clips, post);
       const proxy = await shapedProxy(Number(new URL(host.url).port), { bitsPerSecond, roundTripMs: 40 });
-      const leave = visit(browser, `http://127.0.0.1:${proxy.port}/test/ladder.html`);
+      const leave = visit(browser, `http://127.0.0.1:${proxy.port}/test/ladder_page.html`);
       try {
         const { frames, rungs: tracks, error } = await result;
         assert.equal(error, undefined);

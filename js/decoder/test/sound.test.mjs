@@ -171,7 +171,7 @@ for (const name of ["chromium", "firefox"])
       served = await serveFolder();
       const put = (from, to) => cpSync(from, join(served.folder, to), { recursive: true });
       put(fileURLToPath(new URL("../dist", import.meta.url)), "dist");
-      put(fileURLToPath(new URL("hearing.mjs", import.meta.url)), "hearing.js");
+      put(fileURLToPath(new URL("audio_page.mjs", import.meta.url)), "audio_page.js");
       put(at("clip.fvv"), "clip.fvv");
       put(at("other.fvv"), "other.fvv");
       put(at("unpacked/audio"), "audio");
@@ -189,10 +189,10 @@ for (const name of ["chromium", "firefox"])
       served?.close();
     });
     const inPage = (what, ...values) =>
-      page.evaluate(async (called, given) => (await import("/hearing.js"))[called](...given), what, values);
+      page.evaluate(async (called, given) => (await import("/audio_page.js"))[called](...given), what, values);
     const fileSamples = (track) =>
       page.evaluate(
-        async (url, rate) => Array.from((await (await import("/hearing.js")).listenToFile(url, rate))[0]),
+        async (url, rate) => Array.from((await (await import("/audio_page.js")).listenToFile(url, rate))[0]),
         `/audio/${track}.opus`,
         RATE,
       );

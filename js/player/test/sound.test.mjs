@@ -12,7 +12,7 @@ import { missingBrowser, missingSound } from "../../testing/browser.mjs";
 import { tool } from "../../testing/served.mjs";
 import { chooseTracks } from "../src/playback/sound.js";
 import { Stretch } from "../src/playback/stretch.js";
-import { beginRecording, offsetsOf } from "./hearing.mjs";
+import { beginRecording, offsetsOf } from "./audio_page.mjs";
 import { drivePage, openPage } from "./page_driver.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));

@@ -7,7 +7,7 @@ import { loadavg, tmpdir } from "node:os";
 import { join } from "node:path";
 
 import { tool } from "../../../testing/served.mjs";
-import { beginRecording, offsetsOf } from "../hearing.mjs";
+import { beginRecording, offsetsOf } from "../audio_page.mjs";
 import { openPage } from "../page_driver.mjs";
 
 const RATE = 25;

@@ -44,7 +44,7 @@ const isTextual = (path) =>
  * Writes all pages into the folder. references: the pages that are made from sources, with .md. Throws an Error that lists
  * all dead links.
  */
-export function stage(out, references) {
+export function copyPages(out, references) {
   const pages = pagesOf();
   const sources = new Set();
   const dead = [];
