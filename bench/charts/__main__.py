@@ -7,7 +7,7 @@ import pkgutil
 import sys
 import time
 
-from . import drawing, lab, report
+from . import drawing, experiment, report
 
 # Experiments of other modules follow, by the modules' names.
 ORDER = (
@@ -38,10 +38,10 @@ def all_experiments():
 def quick(experiments, accept):
     """Returns the exit code: 1 when a headline figure is worse than the committed one, or gone."""
     now = {}
-    for experiment in experiments:
-        results = experiment.measure(True)
+    for one in experiments:
+        results = one.measure(True)
         if results is not None:
-            now |= {f"{experiment.name}.{f}": v for f, v in experiment.headlines(results).items()}
+            now |= {f"{one.name}.{f}": v for f, v in one.headlines(results).items()}
     if accept:
         report.accept(now)
         print(f"charts: wrote {report.HEADLINES}")
@@ -85,18 +85,16 @@ def main():
         return 0
     if arguments.quick:
         return quick(chosen, arguments.accept)
-    for experiment in chosen:
+    for one in chosen:
         if not arguments.draw:
             begin = time.perf_counter()
-            results = experiment.measure(False)
-            lab.store(experiment.name, results, time.perf_counter() - begin)
-        if record := lab.load(experiment.name):
+            results = one.measure(False)
+            experiment.store(one.name, results, time.perf_counter() - begin)
+        if record := experiment.load(one.name):
             with drawing.styled():
-                experiment.draw(record["results"], lab.PAGES)
-            print(
-                f"{experiment.name}: {report.first_sentence(experiment.text(record['results']))}", flush=True
-            )
-    (lab.PAGES / "README.md").write_text(report.page(experiments))
+                one.draw(record["results"], experiment.PAGES)
+            print(f"{one.name}: {report.first_sentence(one.text(record['results']))}", flush=True)
+    (experiment.PAGES / "README.md").write_text(report.page(experiments))
     return 0
 
 

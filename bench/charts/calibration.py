@@ -10,7 +10,7 @@ import json
 
 import numpy as np
 
-from . import drawing, lab
+from . import drawing, experiment
 
 WIDTHS = 480, 1920, 3840
 GROUPS = {
@@ -92,7 +92,7 @@ def largest(cameras, width, points, change):
 def measure(quick):
     if quick:
         return None
-    folder = lab.capture("studio-one", "--frames", 1, "--size", "480x270")
+    folder = experiment.capture("studio-one", "--frames", 1, "--size", "480x270")
     cameras = [
         c
         for c in json.loads((folder / "capture.json").read_text())["cameras"]
@@ -190,5 +190,5 @@ def defaults(results):
 
 
 EXPERIMENTS = (
-    lab.Experiment("calibration", "Precision of calibrations", measure, draw, text, defaults=defaults),
+    experiment.Experiment("calibration", "Precision of calibrations", measure, draw, text, defaults=defaults),
 )

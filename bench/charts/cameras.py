@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from . import drawing, lab, views
+from . import drawing, experiment, views
 
 FRAMES = 2
 RIG = 10
@@ -50,10 +50,10 @@ def measure(quick):
     arc = views.Arc(FRAMES, VIEWS)
     out = {"frames": FRAMES, "views_degrees": VIEWS, "cameras": RIG, "meshes": {}}
     for meshes in MESHES:
-        source = lab.capture(
+        source = experiment.capture(
             f"ten-{meshes}", "--rig", "small", "--cameras", RIG, "--meshes", meshes, "--frames", FRAMES
         )
-        stream = lab.packed(source).path
+        stream = experiment.packed(source).path
         found = {"best": {}, "threshold": {}}
         for ranking in RANKINGS:
             common = "--blend", ranking, "--visible-by", "depth"
@@ -180,7 +180,7 @@ def defaults(results):
 
 
 EXPERIMENTS = (
-    lab.Experiment(
+    experiment.Experiment(
         "cameras", "Cameras: how many, which, and how mixed", measure, draw, text, defaults=defaults
     ),
 )

@@ -1,6 +1,6 @@
 """The length of groups: bytes against how soon a player can begin or switch."""
 
-from . import drawing, lab, system
+from . import drawing, experiment, system
 
 FRAMES = 50
 LENGTHS = 1, 5, 10, 25, 50
@@ -16,7 +16,10 @@ def measure(quick):
     for meshes in system.MESHES:
         source = system.clip(meshes, FRAMES)
         out["meshes"][meshes] = [
-            {"group": n, **lab.parts(lab.packed(source, "--quality", QUALITY, "--group", n).summary)}
+            {
+                "group": n,
+                **experiment.parts(experiment.packed(source, "--quality", QUALITY, "--group", n).summary),
+            }
             for n in LENGTHS
         ]
     return out
@@ -67,4 +70,6 @@ def defaults(results):
     return [("fvvmux --group", "1 s", f"bytes against it: {said}")]
 
 
-EXPERIMENTS = (lab.Experiment("groups", "The length of groups", measure, draw, text, defaults=defaults),)
+EXPERIMENTS = (
+    experiment.Experiment("groups", "The length of groups", measure, draw, text, defaults=defaults),
+)

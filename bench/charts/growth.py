@@ -15,7 +15,7 @@ import time
 
 import serve
 
-from . import drawing, lab, numbers
+from . import drawing, experiment, numbers
 
 PERIOD = 100  # frames, after which the action of fvvsynth repeats
 LONG_TRIANGLES = 500
@@ -47,17 +47,19 @@ PARAMETERS = {
 
 def period():
     """100 frames of 500 triangles and two cameras of 64x48, as files: what long captures repeat."""
-    source = lab.capture("period", "--rig", "small", "--cameras", 2, "--size", "64x48", "--frames", PERIOD)
+    source = experiment.capture(
+        "period", "--rig", "small", "--cameras", 2, "--size", "64x48", "--frames", PERIOD
+    )
     folder = source.parent / f"{source.name}-meshes"
     if not folder.exists():
-        made = lab.packed(source, "--no-pictures", "--triangles", LONG_TRIANGLES, "--step", "1mm",
+        made = experiment.packed(source, "--no-pictures", "--triangles", LONG_TRIANGLES, "--step", "1mm",
                           "--group", PERIOD)  # fmt: skip
-        lab.run("fvvdemux", made.path, "-o", folder, "--meshes", "ply")
+        experiment.run("fvvdemux", made.path, "-o", folder, "--meshes", "ply")
     return source, folder
 
 
 def long_capture(frames, name="long", edit=lambda description, folder: None, filmed=None):
-    """A clip of any length whose files are those of a period, again and again. edit as change of lab.changed_capture.
+    """A clip of any length whose files are those of a period, again and again. edit as change of experiment.changed_capture.
 
     filmed: a capture of the same scene and length, whose cameras take the place of the period's.
     """
@@ -79,7 +81,7 @@ def long_capture(frames, name="long", edit=lambda description, folder: None, fil
         description["frames"]["count"] = frames
         edit(description, folder)
 
-    return lab.changed_capture(filmed or source, f"{name}{frames}", change)
+    return experiment.changed_capture(filmed or source, f"{name}{frames}", change)
 
 
 def run(name, *arguments):
@@ -87,7 +89,7 @@ def run(name, *arguments):
 
     The peak is read while the tool runs: what the system reports after its end includes that of the process that started it.
     """
-    command = [str(lab.program(name)), *map(str, arguments), "--threads", "1"]
+    command = [str(experiment.program(name)), *map(str, arguments), "--threads", "1"]
     with tempfile.TemporaryFile("w+") as out:
         child, peak = subprocess.Popen(command, stdout=out, stderr=subprocess.DEVNULL), 0.0
         while not os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
@@ -97,7 +99,7 @@ def run(name, *arguments):
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
         if child.returncode not in (0, 3):
-            raise lab.Failed([name, *arguments], child.returncode, "run it for its reason")
+            raise experiment.Failed([name, *arguments], child.returncode, "run it for its reason")
         out.seek(0)
         return usage.ru_utime + usage.ru_stime, peak, out.read()
 
@@ -109,7 +111,7 @@ def once_or_twice(*command):
 
 def costs(source, *options):
     """Of packing a capture and unpacking the stream; of what takes little time, the faster of two runs."""
-    stream, folder = lab.WORK / "scratch.fvv", lab.WORK / "scratch"
+    stream, folder = experiment.WORK / "scratch.fvv", experiment.WORK / "scratch"
 
     def pack_and_unpack():
         packing = once_or_twice("fvvmux", source, "-o", stream, "--force", "--json", *options)
@@ -123,14 +125,14 @@ def costs(source, *options):
             "demux_mib": max(peak for _, peak, _ in unpacking),
         }
 
-    programs = [lab.digest_of(lab.program(name)) for name in ("fvvmux", "fvvdemux")]
-    return lab.kept(
-        "costs", (*programs, source, lab.digest_of(source / "capture.json"), *options), pack_and_unpack
+    programs = [experiment.digest_of(experiment.program(name)) for name in ("fvvmux", "fvvdemux")]
+    return experiment.kept(
+        "costs", (*programs, source, experiment.digest_of(source / "capture.json"), *options), pack_and_unpack
     )
 
 
 def small(*options):
-    return lab.capture("grown", "--rig", "small", *options)
+    return experiment.capture("grown", "--rig", "small", *options)
 
 
 def triangles_of(source):
@@ -277,4 +279,4 @@ def headlines(results):
     return {f"{name}_bytes": results["rows"][name][i]["bytes"] for name, i in points.items()}
 
 
-EXPERIMENTS = (lab.Experiment("growth", "Growth", measure, draw, text, headlines),)
+EXPERIMENTS = (experiment.Experiment("growth", "Growth", measure, draw, text, headlines),)

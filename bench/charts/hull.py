@@ -6,7 +6,7 @@ takes the hull's own excess away, which is where all curves of distance end.
 
 from recordings import hull as recordings
 
-from . import drawing, lab
+from . import drawing, experiment
 
 CELLS = 0.08, 0.06, 0.04, 0.03, 0.02, 0.015, 0.01, 0.0075, 0.005
 VERTICES = 17000  # of a hull of the seed paper
@@ -66,4 +66,4 @@ surface, not with the volume, because values are computed near the surface alone
 {chr(10).join([header, *lines])}"""
 
 
-EXPERIMENTS = (lab.Experiment("hull", "Resolution of visual hulls", measure, draw, text),)
+EXPERIMENTS = (experiment.Experiment("hull", "Resolution of visual hulls", measure, draw, text),)

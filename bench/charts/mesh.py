@@ -14,7 +14,7 @@ import mesh_only
 import numpy as np
 from real_capture import read_ply
 
-from . import drawing, lab, numbers, system, trajectories
+from . import drawing, experiment, numbers, system, trajectories
 
 ALONE_FRAMES = 3
 TRACKED_FRAMES = 50
@@ -36,7 +36,9 @@ def codecs(mode, files, numbers_, real=None):
     """Rows of fvvcodecs. real: (height, axis) to which a real sequence is scaled."""
     option = "--bits" if mode == "peers" else "--step"
     scale = ("--height", real[0], "--up", codecs_table.AXES[real[1]]) if real else ()
-    return json.loads(lab.run("fvvcodecs", mode, *scale, option, ",".join(map(str, numbers_)), *files).output)
+    return json.loads(
+        experiment.run("fvvcodecs", mode, *scale, option, ",".join(map(str, numbers_)), *files).output
+    )
 
 
 def files_of(capture, count):
@@ -46,14 +48,16 @@ def files_of(capture, count):
 def compared(source, stream, frames):
     """rms and p99 in mm, the worse of both directions."""
     options = "--frames", f"0-{min(frames, GROUP) - 1}", "--samples", SAMPLES, "--threads", 1
-    key = lab.digest_of(lab.program("fvvcompare")), source, stream, *options
-    found = lab.kept("compared", key, lambda: lab.answer("fvvcompare", source, stream, *options)["distance"])
+    key = experiment.digest_of(experiment.program("fvvcompare")), source, stream, *options
+    found = experiment.kept(
+        "compared", key, lambda: experiment.answer("fvvcompare", source, stream, *options)["distance"]
+    )
     worst = max((found["a_to_b"], found["b_to_a"]), key=lambda d: d["rms"])
     return {"rms_mm": 1000 * worst["rms"], "p99_mm": 1000 * worst["p99"]}
 
 
 def packed_meshes(source, frames, *options):
-    return lab.packed(source, "--no-pictures", "--frames", f"0-{frames - 1}", *options)
+    return experiment.packed(source, "--no-pictures", "--frames", f"0-{frames - 1}", *options)
 
 
 def decimated(source, frames):
@@ -61,7 +65,7 @@ def decimated(source, frames):
     rows = []
     for budget in BUDGETS:
         made = packed_meshes(source, frames, "--max-error", f"{budget}mm", "--no-delta")
-        timed = json.loads(lab.run("fvvbench", "draco", made.path).output)
+        timed = json.loads(experiment.run("fvvbench", "draco", made.path).output)
         row = {"setting": f"budget {budget} mm", "bytes_per_frame": made.summary["mesh"]["bytes"] / frames}
         row |= {"triangles": timed["draco.triangles"], "decode_ms": timed["draco.decode_ms"]}
         rows.append(row | {"encode_ms": timed["draco.encode_ms"]} | compared(source, made.path, frames))
@@ -85,9 +89,9 @@ def estimated(source, meshes, targets):
         if None in found:
             continue
         decoded = np.concatenate([f[1] for f in found])
-        folder = lab.WORK / "estimates" / lab.short(source, *(f[0] for f in found))
+        folder = experiment.WORK / "estimates" / experiment.short(source, *(f[0] for f in found))
         capture = mesh_only.write_capture(folder, [(p, faces) for p in decoded])
-        made = lab.packed(capture, "--mesh-profile", "raw", "--keep-geometry", "--step", "0.02mm")
+        made = experiment.packed(capture, "--mesh-profile", "raw", "--keep-geometry", "--step", "0.02mm")
         rows.append(
             {
                 "vertex_rms_mm": target,
@@ -117,18 +121,18 @@ def tracked(source, meshes, files, real=None):
 
 def node(what, path):
     done = subprocess.run(
-        ["node", lab.ROOT / "bench/decoder.mjs", what, path], capture_output=True, text=True
+        ["node", experiment.ROOT / "bench/decoder.mjs", what, path], capture_output=True, text=True
     )
     if done.returncode:
-        raise lab.Failed(["node", what], done.returncode, done.stderr.strip())
+        raise experiment.Failed(["node", what], done.returncode, done.stderr.strip())
     return json.loads(done.stdout)
 
 
 def times(hulls, moving):
     """First call of a process and later ones, by libfvv and by its build for browsers; medians of new processes."""
-    browser = shutil.which("node") and (lab.ROOT / "js/decoder/dist/core.wasm.js").exists()
+    browser = shutil.which("node") and (experiment.ROOT / "js/decoder/dist/core.wasm.js").exists()
     if not browser:
-        lab.left_out("mesh: times of the browser's decoder", "no node, or js/decoder was not built")
+        experiment.left_out("mesh: times of the browser's decoder", "no node, or js/decoder was not built")
     out = {}
     for name in "raw", "draco", "fast", "delta":
         source, options = (hulls, ("--mesh-profile", name, "--no-delta")) if name != "delta" else (moving, ())
@@ -136,10 +140,12 @@ def times(hulls, moving):
         path = packed_meshes(source, frames, "--keep-geometry", "--step", f"{STEP}mm", *options).path
         row = {}
         if name != "delta":
-            runs = [json.loads(lab.run("fvvbench", "first", path).output) for _ in range(PROCESSES)]
+            runs = [json.loads(experiment.run("fvvbench", "first", path).output) for _ in range(PROCESSES)]
             row |= {f"native_{k}": statistics.median(r[k] for r in runs) for k in ("first_ms", "again_ms")}
         else:
-            row["native_again_ms"] = json.loads(lab.run("fvvbench", "delta", path).output)["delta.decode_ms"]
+            row["native_again_ms"] = json.loads(experiment.run("fvvbench", "delta", path).output)[
+                "delta.decode_ms"
+            ]
         if browser:
             if name != "delta":
                 row["wasm_first_ms"] = statistics.median(
@@ -147,7 +153,7 @@ def times(hulls, moving):
                 )
             row["wasm_again_ms"] = node("warm", path)["key_ms" if name != "delta" else "delta_ms"]
         out[name] = row
-    if browser and (lab.ROOT / "js/node_modules/draco3d").exists():
+    if browser and (experiment.ROOT / "js/node_modules/draco3d").exists():
         path = packed_meshes(hulls, ALONE_FRAMES, "--keep-geometry", "--step", f"{STEP}mm", "--no-delta").path
         both = node("beside", path)
         first = statistics.median(node("draco3d", path)["first_ms"] for _ in range(PROCESSES))
@@ -160,7 +166,7 @@ def measure(quick):
     hulls = system.clip("hull", system.QUICK_FRAMES if quick else system.FRAMES)
     if quick:
         return quick_figures(hulls)
-    moving = lab.capture(
+    moving = experiment.capture(
         "one-camera", "--rig", "small", "--meshes", "tracked", "--cameras", 1, "--frames", TRACKED_FRAMES
     )
     files = files_of(moving, TRACKED_FRAMES)
@@ -173,13 +179,13 @@ def measure(quick):
     for name, pattern, axis, same_faces in codecs_table.SEQUENCES:
         if name not in ("basketball", "crane"):
             continue
-        found = codecs_table.found(pattern, lab.WORK / "sequences" / name)
+        found = codecs_table.found(pattern, experiment.WORK / "sequences" / name)
         real = codecs_table.HEIGHT, axis
         if not found:
-            lab.left_out(f"mesh: {name}", f"no {pattern} under FVV_DATA={lab.DATA}")
+            experiment.left_out(f"mesh: {name}", f"no {pattern} under FVV_DATA={experiment.DATA}")
         elif same_faces:
             meshes = mesh_only.scaled(found, axis)
-            capture = mesh_only.write_capture(lab.WORK / "captures" / name, meshes)
+            capture = mesh_only.write_capture(experiment.WORK / "captures" / name, meshes)
             out["tracked"][name] = tracked(capture, meshes, found, real)
         else:
             rows = codecs("key", found[:1], STEPS, real) + codecs("peers", found[:1], BITS, real)
@@ -486,5 +492,5 @@ def defaults(results):
 
 
 EXPERIMENTS = (
-    lab.Experiment("mesh", "Meshes: bytes, error and time", measure, draw, text, headlines, defaults),
+    experiment.Experiment("mesh", "Meshes: bytes, error and time", measure, draw, text, headlines, defaults),
 )

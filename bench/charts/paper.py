@@ -20,7 +20,7 @@ import whp235
 
 import bench
 
-from . import drawing, lab
+from . import drawing, experiment
 
 SECONDS = 2
 # Section and figure. Bytes of meshes are what is left of the total.
@@ -91,15 +91,15 @@ def pss(process):
 def clip():
     """The clip of the paper's shape, packed with the defaults: hulls, 7 cameras at 480x270, 50 frames."""
     options = "--cameras", ",".join(bench.CLIP_CAMERAS), "--tile", "{}x{}".format(*bench.CLIP_TILE)
-    return lab.packed(bench.studio(), *options)
+    return experiment.packed(bench.studio(), *options)
 
 
 def sizes(made):
-    info = lab.answer("fvvinfo", "--chunks", made.path)["files"][0]
+    info = experiment.answer("fvvinfo", "--chunks", made.path)["files"][0]
     cameras = sum(32 + -(-chunk["size"] // 8) * 8 for chunk in info["chunks"] if chunk["type"] == "CAMR")
     ours = {
         "mesh": made.summary["mesh"]["bytes"],
-        "picture": lab.video_bytes(made.summary),
+        "picture": experiment.video_bytes(made.summary),
         "calibration": cameras,
         "all": made.summary["bytes"],
     }
@@ -114,7 +114,7 @@ def server(made):
     times = []
     for _ in range(STARTS):
         begin = time.perf_counter()
-        with serve.running([lab.program("fvvserve"), "--port", 0, "--root", made.path.parent]) as (
+        with serve.running([experiment.program("fvvserve"), "--port", 0, "--root", made.path.parent]) as (
             _,
             process,
         ):
@@ -124,14 +124,14 @@ def server(made):
 
 
 def node(script, *arguments):
-    return json.loads(browser_decoder.run("node", lab.ROOT / "bench" / script, *arguments))
+    return json.loads(browser_decoder.run("node", experiment.ROOT / "bench" / script, *arguments))
 
 
 def client(made):
     """What a browser needs for the clip; {} without node, Chromium and js/decoder/dist."""
     reason = player.missing()
-    if reason or not (lab.ROOT / "js/decoder/dist/core.wasm.js").exists():
-        lab.left_out(
+    if reason or not (experiment.ROOT / "js/decoder/dist/core.wasm.js").exists():
+        experiment.left_out(
             "times, pictures per second and memory of the player", reason or "js/decoder was not built"
         )
         return {}
@@ -293,4 +293,4 @@ def text(results):
     return "\n".join(lines)
 
 
-EXPERIMENTS = (lab.Experiment("paper", "WHP 235's table", measure, draw, text),)
+EXPERIMENTS = (experiment.Experiment("paper", "WHP 235's table", measure, draw, text),)

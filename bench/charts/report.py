@@ -4,9 +4,9 @@ import json
 import re
 import textwrap
 
-from . import lab
+from . import experiment
 
-HEADLINES = lab.results_file("headlines")
+HEADLINES = experiment.results_file("headlines")
 TOLERANCE = 0.05
 # Of figures with "time" in their name: ratios of times in the same run, which may differ by this much between processors.
 TIME_TOLERANCE = 0.5
@@ -63,7 +63,7 @@ def origin(record):
 
 def page(experiments):
     """The text of README.md, of those experiments that have results."""
-    found = [(e, record) for e in experiments if (record := lab.load(e.name))]
+    found = [(e, record) for e in experiments if (record := experiment.load(e.name))]
     texts = [e.text(record["results"]) for e, record in found]
     lines = [
         HEAD.format(tolerance=100 * TOLERANCE, time_tolerance=100 * TIME_TOLERANCE),
@@ -125,4 +125,4 @@ def committed_headlines():
 
 def accept(now):
     HEADLINES.parent.mkdir(parents=True, exist_ok=True)
-    HEADLINES.write_text(json.dumps(lab.rounded(dict(sorted(now.items()))), indent=1) + "\n")
+    HEADLINES.write_text(json.dumps(experiment.rounded(dict(sorted(now.items()))), indent=1) + "\n")

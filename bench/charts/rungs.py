@@ -1,6 +1,6 @@
 """The ladder of quality: what each rung costs, and how its view from between two cameras compares with one stream of that size."""
 
-from . import drawing, lab, numbers, system, views
+from . import drawing, experiment, numbers, system, views
 
 LADDER = 1, 0.75, 0.5, 0.25
 QUALITIES = 27, 30, 33, 36, 39, 42
@@ -14,7 +14,7 @@ def measure(quick):
     out = {"frames": FRAMES, "meshes": {}}
     for meshes in system.MESHES:
         source = system.clip(meshes)
-        made = lab.packed(source, "--ladder", ",".join(map(str, LADDER)))
+        made = experiment.packed(source, "--ladder", ",".join(map(str, LADDER)))
         rungs = []
         for rung in made.summary["ladder"]:
             size = rung["picture_bytes"] + sum(
@@ -28,8 +28,8 @@ def measure(quick):
             rungs.append(row | views.measure(made.path, arc, "--rung", rung["rung"]))
         single = []
         for quality in QUALITIES:
-            one = lab.packed(source, "--codec", "h264", "--quality", f"{quality}dB")
-            found = lab.parts(one.summary)
+            one = experiment.packed(source, "--codec", "h264", "--quality", f"{quality}dB")
+            found = experiment.parts(one.summary)
             size = sum(found[f"{k}_bytes"] for k in ("pictures", "meshes", "visibility", "colours"))
             single.append({"quality_db": quality, "bytes_per_frame": size, **views.measure(one.path, arc)})
         out["meshes"][meshes] = {
@@ -132,4 +132,4 @@ def defaults(results):
     ]
 
 
-EXPERIMENTS = (lab.Experiment("rungs", "Rungs of the ladder", measure, draw, text, defaults=defaults),)
+EXPERIMENTS = (experiment.Experiment("rungs", "Rungs of the ladder", measure, draw, text, defaults=defaults),)

@@ -11,7 +11,7 @@ import mesh_only
 import numpy as np
 from PIL import Image
 
-from . import drawing, harm, lab, views
+from . import degradations, drawing, experiment, views
 
 LENS_K1 = -0.4
 RADII = (*np.linspace(0.1, 0.95, 10), 0.97, 0.99, 0.997, 1.003, 1.01, 1.05, 1.1, 1.2, 1.4, 1.6)  # of r_max
@@ -57,7 +57,7 @@ class Bytes(ctypes.Structure):
 
 
 def library():
-    found = ctypes.CDLL(str(lab.TOOLS.parent / "libfvv/libfvv.so"))
+    found = ctypes.CDLL(str(experiment.TOOLS.parent / "libfvv/libfvv.so"))
     found.fvv_camera_r_max.restype = ctypes.c_double
     return found
 
@@ -112,7 +112,7 @@ def half_turn():
     fvv = library()
     focal, rows = 1000.0, []
     for short in FROM_HALF_TURN:
-        rotation = harm.rotation_by((1, 2, 3), math.radians(180 - short))
+        rotation = degradations.rotation_by((1, 2, 3), math.radians(180 - short))
         camera = a_camera(focal, rotation, flags=1)
         bits, payload = Bits(), Bytes()
         fvv.fvv_calibration_choose(
@@ -135,7 +135,7 @@ def half_turn():
         ours = np.reshape(found.rotation[:], (3, 3))
         vector = rotation_vector(rotation)
         length = np.linalg.norm(vector)
-        plain = harm.rotation_by(vector, length) if length else np.eye(3)
+        plain = degradations.rotation_by(vector, length) if length else np.eye(3)
         rows.append(
             {
                 "degrees": short,
@@ -161,17 +161,17 @@ def moved(rotation, truth, focal):
 
 def near_plane():
     """A floor of two large triangles under a viewer who looks along it: pixels that are drawn wrongly."""
-    folder = lab.WORK / "captures/mesh-floor"
+    folder = experiment.WORK / "captures/mesh-floor"
     shutil.rmtree(folder, ignore_errors=True)
     corners = np.array([(-2, 0, -2), (-2, 0, 2), (2, 0, 2), (2, 0, -2)])
     mesh_only.write_capture(folder, [(corners, np.array([(0, 1, 2), (0, 2, 3)]))])
     stream, mask = folder.with_suffix(".fvv"), folder.with_suffix(".png")
-    lab.run("fvvmux", folder, "-o", stream, "--force", "--keep-geometry", "--step", "1mm")
+    experiment.run("fvvmux", folder, "-o", stream, "--force", "--keep-geometry", "--step", "1mm")
     columns, lines = np.meshgrid(np.arange(240) + 0.5 - 120, np.arange(180) + 0.5 - 90)
     rows = []
     for height in HEIGHTS:
         pose = f"0,{height},0,0,{height},-1"
-        lab.run("fvvrender", stream, "--no-pictures", "--pose", pose, "--focal", 120, "--size", "240x180", "-o", folder.with_suffix(".view.png"),
+        experiment.run("fvvrender", stream, "--no-pictures", "--pose", pose, "--focal", 120, "--size", "240x180", "-o", folder.with_suffix(".view.png"),
                 "--mask", mask, "--force")  # fmt: skip
         drawn = np.asarray(Image.open(mask).convert("L")) > 128
         # Looking along -z: a pixel hits the floor at the distance at which its ray has sunk by the height.
@@ -193,7 +193,7 @@ def day():
     """A clip of a day with a few frames, the others left out: the times of its meshes against exact fractions."""
     numbers = [round(hours * 3600 * RATE) for hours in HOURS]
     chosen = [0, *numbers]
-    folder = lab.WORK / "captures/mesh-day"
+    folder = experiment.WORK / "captures/mesh-day"
     shutil.rmtree(folder, ignore_errors=True)
     mesh_only.write_capture(folder, [mesh_only.icosphere(1)])
     description = json.loads((folder / "capture.json").read_text())
@@ -205,8 +205,8 @@ def day():
         shutil.copy(folder / "0000.ply", folder / f"{number}.ply")
     (folder / "capture.json").write_text(json.dumps(description))
     stream = folder.with_suffix(".fvv")
-    lab.run("fvvmux", folder, "-o", stream, "--force")
-    info = lab.answer("fvvinfo", "--chunks", stream)["files"][0]
+    experiment.run("fvvmux", folder, "-o", stream, "--force")
+    info = experiment.answer("fvvinfo", "--chunks", stream)["files"][0]
     base = Fraction(*map(int, info["scene"]["time_base"]))
     times = [int(chunk["time"]) * base for chunk in info["chunks"] if chunk["type"] == "MESH"]
     rows = []
@@ -224,7 +224,7 @@ def day():
 
 def clip():
     """12 frames, of which the first four are used; the others are for cameras that are late."""
-    return lab.capture("small-tracked", "--rig", "small", "--meshes", "tracked", "--frames", 12)
+    return experiment.capture("small-tracked", "--rig", "small", "--meshes", "tracked", "--frames", 12)
 
 
 def arc(some):
@@ -236,7 +236,7 @@ def arc(some):
 
 def view_of(capture, *options):
     """PSNR of a view between the cameras; the stream has the first frames of the clip alone."""
-    made = lab.packed(capture, "--quality", "42dB", *options)
+    made = experiment.packed(capture, "--quality", "42dB", *options)
     return views.measure(made.path, arc(VIEWS), frames=SHOWN) | {"bytes": made.summary["bytes"] / FRAMES}
 
 
@@ -245,7 +245,7 @@ def changed(name, change):
         description["frames"]["count"] = FRAMES
         change(description, folder)
 
-    return lab.changed_capture(clip(), name, first_frames)
+    return experiment.changed_capture(clip(), name, first_frames)
 
 
 def late():
@@ -270,7 +270,7 @@ def turned():
         def change(description, folder, pixels=pixels):
             random = np.random.default_rng(1)
             for camera in description["cameras"]:
-                camera["rotation"], camera["translation"] = harm.turned(
+                camera["rotation"], camera["translation"] = degradations.turned(
                     camera, pixels, random.uniform(0, 2 * math.pi)
                 )
 
@@ -281,7 +281,7 @@ def turned():
 def exposed():
     rows = []
     for stops in STOPS:
-        source = lab.capture("exposed", "--rig", "small", "--frames", FRAMES, "--exposure", stops)
+        source = experiment.capture("exposed", "--rig", "small", "--frames", FRAMES, "--exposure", stops)
         row = {"x": stops}
         for way in "auto", "off":
             row[f"{way}_db"] = view_of(source, "--match-colours", way)["psnr_inside_db"]
@@ -298,7 +298,7 @@ def masked():
                 (folder / camera["name"]).mkdir()
                 for frame in range(FRAMES):
                     mask = Image.open(camera["masks"] % frame).convert("L")
-                    harm.grown(mask, pixels).save(folder / camera["name"] / f"{frame:04d}.png")
+                    degradations.grown(mask, pixels).save(folder / camera["name"] / f"{frame:04d}.png")
                 camera["masks"] = f"{camera['name']}/%04d.png"
 
         found = view_of(changed(f"masks{pixels}", change))
@@ -316,7 +316,7 @@ def lost():
 
             def change(description, folder, count=count, way=way):
                 cameras = sorted(
-                    description["cameras"], key=lambda c: np.linalg.norm(harm.centre_of(c) - eye)
+                    description["cameras"], key=lambda c: np.linalg.norm(degradations.centre_of(c) - eye)
                 )
                 for camera in (cameras if way == "nearest" else cameras[::-1])[:count]:
                     camera["per_frame"] = [{"frame": 0}] + [
@@ -519,5 +519,7 @@ def defaults(results):
 
 
 EXPERIMENTS = (
-    lab.Experiment("stability-camera", "Where cameras break", measure, draw, text, headlines, defaults),
+    experiment.Experiment(
+        "stability-camera", "Where cameras break", measure, draw, text, headlines, defaults
+    ),
 )

@@ -11,7 +11,7 @@ import browser_decoder
 import numpy as np
 import player
 
-from . import drawing, growth, harm, lab
+from . import degradations, drawing, experiment, growth
 
 LOSSES = 0.1, 0.3, 1, 3, 10  # percent of chunks
 GROUPS = 1, 5, 25, 150  # frames
@@ -36,10 +36,10 @@ def frames_of(folder):
 
 def unpacked(stream, name):
     """Frames that fvvdemux writes, at their times, and its exit code; nothing when it writes nothing."""
-    folder = lab.WORK / name
+    folder = experiment.WORK / name
     try:
-        done = lab.run("fvvdemux", stream, "-o", folder, "--threads", 1, "--force")
-    except lab.Failed as failed:
+        done = experiment.run("fvvdemux", stream, "-o", folder, "--threads", 1, "--force")
+    except experiment.Failed as failed:
         if failed.code != 1:
             raise
         return {}, 1
@@ -49,12 +49,14 @@ def unpacked(stream, name):
 
 
 def lossy_stream(frames, group):
-    return lab.packed(growth.long_capture(frames), "--keep-geometry", "--step", "1mm", "--group", group).path
+    return experiment.packed(
+        growth.long_capture(frames), "--keep-geometry", "--step", "1mm", "--group", group
+    ).path
 
 
 def losses(frames, groups, shares, trials):
     """Frames that are lost with a share of the chunks, and wrong frames: those whose mesh or picture is no frame of the intact stream."""
-    series, path = {}, lab.WORK / "lossy.fvv"
+    series, path = {}, experiment.WORK / "lossy.fvv"
     for group in groups:
         stream = lossy_stream(frames, group)
         intact, _ = unpacked(stream, "intact")
@@ -63,7 +65,7 @@ def losses(frames, groups, shares, trials):
             row = {"percent": share, "chunks_lost": 0, "frames_lost": 0, "wrong": 0, "silent": 0}
             for trial in range(trials):
                 random = np.random.default_rng((trial, round(10 * share)))
-                damaged, lost = harm.with_losses(stream.read_bytes(), share / 100, random)
+                damaged, lost = degradations.with_losses(stream.read_bytes(), share / 100, random)
                 path.write_bytes(damaged)
                 found, code = unpacked(path, "lossy")
                 row["chunks_lost"] += lost
@@ -74,14 +76,15 @@ def losses(frames, groups, shares, trials):
             rows.append(row)
         series[str(group)] = rows
     chunks = sum(
-        kind in harm.GROUP_TYPES for kind, _, _ in harm.chunks(lossy_stream(frames, groups[0]).read_bytes())
+        kind in degradations.GROUP_TYPES
+        for kind, _, _ in degradations.chunks(lossy_stream(frames, groups[0]).read_bytes())
     )
     return {"groups": series, "frames": frames, "trials": trials, "chunks": chunks}
 
 
 def filmed_stream():
     """A clip with a ladder of two rungs: 100 frames of two cameras at 480x270, again and again."""
-    filmed = lab.capture("filmed", "--rig", "small", "--cameras", 2, "--frames", growth.PERIOD)
+    filmed = experiment.capture("filmed", "--rig", "small", "--cameras", 2, "--frames", growth.PERIOD)
     capture = growth.long_capture(FILMED_FRAMES, filmed=filmed)
     options = (
         "--keep-geometry",
@@ -94,21 +97,23 @@ def filmed_stream():
         "--visibility",
         "none",
     )
-    return lab.packed(capture, *options, "--quality", "45dB", "--ladder", "1,0.5", "--group", 25).path
+    return experiment.packed(capture, *options, "--quality", "45dB", "--ladder", "1,0.5", "--group", 25).path
 
 
 def bandwidth():
     """Stalls while the rate of a link falls for a third of the clip: the player's choice of rungs, and the best rung alone."""
     reason = player.missing()
-    if reason or not (lab.ROOT / "js/decoder/dist/core.wasm.js").exists():
-        lab.left_out("drops of bandwidth", reason or "js/decoder was not built")
+    if reason or not (experiment.ROOT / "js/decoder/dist/core.wasm.js").exists():
+        experiment.left_out("drops of bandwidth", reason or "js/decoder was not built")
         return None
     stream = filmed_stream()
-    best = lab.answer("fvvinfo", stream)["files"][0]["rungs"][0]["measured_rate"] / 1e6
+    best = experiment.answer("fvvinfo", stream)["files"][0]["rungs"][0]["measured_rate"] / 1e6
     rows = []
     for fall in FALLS:
         rates = f"{1.5 * best:.4g},{fall * best:.4g},{1.5 * best:.4g}"
-        found = json.loads(browser_decoder.run("node", lab.ROOT / "bench/network/ladder.mjs", stream, rates))
+        found = json.loads(
+            browser_decoder.run("node", experiment.ROOT / "bench/network/ladder.mjs", stream, rates)
+        )
         row = {"share": fall, "mbit": fall * best}
         for name, played in zip(("auto", "best", "lowest"), found["rows"]):
             row |= {f"{name}_stalled_s": played["stalled_seconds"], f"{name}_wrong": played["wrong_frames"]}
@@ -163,9 +168,9 @@ def sound():
             description["audio"] = [{"file": "clicks.wav"}]
 
         capture = growth.long_capture(25 * SOUND_SECONDS, f"sound{ppm}-", edit)
-        made = lab.packed(capture, "--no-pictures", "--keep-geometry", "--step", "1mm")
-        folder = lab.WORK / "sound"
-        lab.run("fvvdemux", made.path, "-o", folder, "--pictures", "none", "--force")
+        made = experiment.packed(capture, "--no-pictures", "--keep-geometry", "--step", "1mm")
+        folder = experiment.WORK / "sound"
+        experiment.run("fvvdemux", made.path, "-o", folder, "--pictures", "none", "--force")
         [track] = json.loads((folder / "capture.json").read_text())["audio"]
         shift = float(Fraction(track.get("offset", 0)))  # of the first frame in the file
         found = click_times(decoded_sound(folder / track["file"]), seconds * (1 + ppm / 1e6) + shift) - shift
@@ -183,12 +188,16 @@ def sound():
 
 
 def measure(quick):
-    programs = [lab.digest_of(lab.program(name)) for name in ("fvvmux", "fvvdemux")]
+    programs = [experiment.digest_of(experiment.program(name)) for name in ("fvvmux", "fvvdemux")]
     chosen = (50, (25,), (1, 10), 3) if quick else (LOSSY_FRAMES, GROUPS, LOSSES, TRIALS)
-    found = lab.kept("losses", (*programs, *chosen), lambda: losses(*chosen))
+    found = experiment.kept("losses", (*programs, *chosen), lambda: losses(*chosen))
     if quick:
         return {"losses": found}
-    return {"losses": found, "bandwidth": bandwidth(), "sound": lab.kept("sounds", (*programs, *PPM), sound)}
+    return {
+        "losses": found,
+        "bandwidth": bandwidth(),
+        "sound": experiment.kept("sounds", (*programs, *PPM), sound),
+    }
 
 
 def draw(results, folder):
@@ -296,5 +305,5 @@ def defaults(results):
 
 
 EXPERIMENTS = (
-    lab.Experiment("stability-link", "Where links break", measure, draw, text, headlines, defaults),
+    experiment.Experiment("stability-link", "Where links break", measure, draw, text, headlines, defaults),
 )

@@ -8,7 +8,7 @@ import mesh_only
 import numpy as np
 from real_capture import read_ply
 
-from . import drawing, growth, harm, lab, stability_camera, views
+from . import degradations, drawing, experiment, growth, stability_camera, views
 
 CHAIN = 1500  # frames in one group
 RUNS = 1, 2, 3, 4, 6, 12, 24, 48  # frames with the same faces
@@ -25,7 +25,7 @@ NOISE_FRAMES, NOISE_VIEWS = 4, (0, 15)
 
 def mesh_capture(name, meshes):
     """A capture without cameras; meshes: vertices and faces of each frame."""
-    folder = lab.WORK / "captures" / f"mesh-{name}"
+    folder = experiment.WORK / "captures" / f"mesh-{name}"
     shutil.rmtree(folder, ignore_errors=True)
     return mesh_only.write_capture(folder, meshes)
 
@@ -35,10 +35,10 @@ def pack(name, meshes, *options):
     capture = mesh_capture(name, meshes)
     stream, out = capture.with_suffix(".fvv"), capture.with_suffix(".out")
     try:
-        done = lab.run("fvvmux", capture, "-o", stream, "--force", "--json", *options)
-    except lab.Failed:
+        done = experiment.run("fvvmux", capture, "-o", stream, "--force", "--json", *options)
+    except experiment.Failed:
         return None, 1, []
-    lab.run("fvvdemux", stream, "-o", out, "--force")
+    experiment.run("fvvdemux", stream, "-o", out, "--force")
     decoded = [read_ply(path) for path in sorted((out / "meshes").glob("*.ply"))]
     return json.loads(done.output), done.code, decoded
 
@@ -46,7 +46,7 @@ def pack(name, meshes, *options):
 def period_meshes():
     """Turned, because their vertices lie on a lattice already."""
     _, folder = growth.period()
-    turn = harm.rotation_by((1, 2, 3), 0.7)
+    turn = degradations.rotation_by((1, 2, 3), 0.7)
     meshes = [read_ply(folder / f"meshes/{i:04d}.ply") for i in range(growth.PERIOD)]
     return [(vertices @ turn.T, faces) for vertices, faces in meshes]
 
@@ -54,8 +54,10 @@ def period_meshes():
 def chain():
     """The distance of decoded meshes from their source over the number of delta frames since the key frame."""
     capture = growth.long_capture(CHAIN)
-    made = lab.packed(capture, "--no-pictures", "--keep-geometry", "--max-error", "1mm", "--group", CHAIN)
-    found = lab.answer("fvvcompare", capture, made.path, "--samples", 1000, "--threads", 1)["frames"]
+    made = experiment.packed(
+        capture, "--no-pictures", "--keep-geometry", "--max-error", "1mm", "--group", CHAIN
+    )
+    found = experiment.answer("fvvcompare", capture, made.path, "--samples", 1000, "--threads", 1)["frames"]
     part = CHAIN // 30
     rows = []
     for begin in range(0, CHAIN, part):
@@ -93,22 +95,22 @@ def topology():
 
 def compared(name, samples):
     """What fvvcompare says of the capture and the stream that pack() wrote last."""
-    capture = lab.WORK / f"captures/mesh-{name}"
-    return lab.answer(
+    capture = experiment.WORK / f"captures/mesh-{name}"
+    return experiment.answer(
         "fvvcompare", capture, capture.with_suffix(".fvv"), "--samples", samples, "--threads", 1
     )
 
 
 def thin():
     """A plate, turned in space, as a lattice of STEP_MM alone and as the same budget with decimation leave it."""
-    turn = harm.rotation_by((1, 2, 3), 0.7)
+    turn = degradations.rotation_by((1, 2, 3), 0.7)
     ways = {
         "lattice": ("--keep-geometry", "--step", f"{STEP_MM}mm"),
         "decimated": ("--max-error", f"{STEP_MM / 2}mm"),
     }
     rows = []
     for thickness in THICKNESS:
-        vertices, faces = harm.plate(0.6, thickness * STEP_MM / 1000, 60)
+        vertices, faces = degradations.plate(0.6, thickness * STEP_MM / 1000, 60)
         row = {"steps": thickness}
         for way, options in ways.items():
             summary, code, _ = pack("plate", [(vertices @ turn.T, faces)], *options)
@@ -138,7 +140,7 @@ def specks():
         row = {"radius_mm": radius}
         for way, options in {"decimated": (), "kept": ("--keep-geometry",)}.items():
             _, code, decoded = pack("specks", [mesh], "--max-error", f"{BUDGET_MM}mm", *options)
-            left = harm.pieces(decoded[0][1], len(decoded[0][0])) - 1
+            left = degradations.pieces(decoded[0][1], len(decoded[0][0])) - 1
             # A piece may fall apart on the lattice.
             row |= {f"{way}_percent": min(100, 100 * left / SPECKS), f"{way}_code": code}
         rows.append(row)
@@ -161,7 +163,7 @@ def noise():
             description["meshes"]["pattern"] = "%04d.ply"
             description["frames"]["count"] = NOISE_FRAMES
 
-        made = lab.packed(lab.changed_capture(source, f"noise{deviation:g}", change))
+        made = experiment.packed(experiment.changed_capture(source, f"noise{deviation:g}", change))
         view = views.measure(made.path, arc, frames=stability_camera.SHOWN)
         row = {"mm": deviation, "bytes": made.summary["mesh"]["bytes"] / NOISE_FRAMES}
         decimated = made.summary["budget"]["decimated_frames"]
@@ -368,4 +370,4 @@ def headlines(results):
     return {"other_faces_bytes": rows[0]["bytes"], "same_faces_bytes": rows[-1]["bytes"]}
 
 
-EXPERIMENTS = (lab.Experiment("stability-mesh", "Where meshes break", measure, draw, text, headlines),)
+EXPERIMENTS = (experiment.Experiment("stability-mesh", "Where meshes break", measure, draw, text, headlines),)

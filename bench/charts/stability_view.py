@@ -7,7 +7,7 @@ import view_quality
 from PIL import Image
 from real_capture import luma
 
-from . import drawing, harm, lab, stability_camera, views
+from . import degradations, drawing, experiment, stability_camera, views
 
 DEGREES = range(0, 31, 3)
 WALK = range(0, 13)
@@ -19,19 +19,19 @@ MIDDLE = 0, 1, 0  # of the scene
 
 
 def stream_of(meshes):
-    source = stability_camera.clip() if meshes == "tracked" else lab.capture(
+    source = stability_camera.clip() if meshes == "tracked" else experiment.capture(
         "small-hull", "--rig", "small", "--meshes", "hull", "--frames", 12)  # fmt: skip
-    return lab.packed(source, "--quality", "42dB").path
+    return experiment.packed(source, "--quality", "42dB").path
 
 
 def angles():
     """PSNR of each view of the arc, over the angle from the nearest camera as the middle of the scene sees both."""
-    cameras = [harm.centre_of(c) - MIDDLE for c in stability_camera.clip_cameras()]
+    cameras = [degradations.centre_of(c) - MIDDLE for c in stability_camera.clip_cameras()]
     rows = []
     for view in DEGREES:
         arc = stability_camera.arc((view,))
         eye = arc.place(view) - MIDDLE
-        row = {"degrees": min(harm.degrees_between(eye, c) for c in cameras), "view": view}
+        row = {"degrees": min(degradations.degrees_between(eye, c) for c in cameras), "view": view}
         for meshes in MESHES:
             row[f"{meshes}_db"] = views.measure(stream_of(meshes), arc, frames=(FRAME,))["psnr_inside_db"]
         rows.append(row)
@@ -41,7 +41,7 @@ def angles():
 def drawn(stream, camera, size, *options):
     """Luma of what a camera of the arc would see."""
     _, pose, _, focal, *_ = view_quality.pose_of(camera)
-    out = lab.WORK / "view.png"
+    out = experiment.WORK / "view.png"
     return views.draw(stream, FRAME, ("--pose", pose, "--focal", focal, "--size", size), out, *options)
 
 
@@ -55,7 +55,9 @@ def distances():
     Beside it the truth at the size of the cameras, enlarged or reduced: what a camera in this place could give."""
     filmed = {}
     for size in SIZES:
-        folder = lab.capture("zoom", "--rig", "arc", "--cameras", 1, "--frames", FRAME + 1, "--size", size)
+        folder = experiment.capture(
+            "zoom", "--rig", "arc", "--cameras", 1, "--frames", FRAME + 1, "--size", size
+        )
         camera = json.loads((folder / "capture.json").read_text())["cameras"][0]
         mask = np.asarray(Image.open(folder / (camera["masks"] % FRAME)).convert("L")) > 128
         filmed[size] = folder / (camera["pictures"] % FRAME), mask, camera
@@ -95,7 +97,7 @@ def walk():
                     stream_of(meshes),
                     FRAME,
                     arc.options(view),
-                    lab.WORK / "view.png",
+                    experiment.WORK / "view.png",
                     "--threshold",
                     threshold,
                 )
@@ -215,4 +217,6 @@ def defaults(results):
     ]
 
 
-EXPERIMENTS = (lab.Experiment("stability-view", "Where views break", measure, draw, text, defaults=defaults),)
+EXPERIMENTS = (
+    experiment.Experiment("stability-view", "Where views break", measure, draw, text, defaults=defaults),
+)

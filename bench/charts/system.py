@@ -10,7 +10,7 @@ import json
 import whp235
 from PIL import Image
 
-from . import drawing, lab, numbers, views
+from . import drawing, experiment, numbers, views
 
 FRAMES, QUICK_FRAMES = 12, 4
 VIEWS = 0, 15, 30
@@ -28,13 +28,13 @@ PAPER = {"bytes": 27.3e6 / 50, "picture_bytes": 14.4e6 / 50}  # WHP 235, section
 
 def clip(meshes, frames=FRAMES):
     """The generated clip: 7 alike cameras at 480x270."""
-    return lab.capture(f"small-{meshes}", "--rig", "small", "--meshes", meshes, "--frames", frames)
+    return experiment.capture(f"small-{meshes}", "--rig", "small", "--meshes", meshes, "--frames", frames)
 
 
 def budget_row(source, arc, *options):
-    made = lab.packed(source, "--quality", "42dB", *options)
+    made = experiment.packed(source, "--quality", "42dB", *options)
     budget = made.summary["budget"]
-    row = lab.parts(made.summary) | views.measure(made.path, arc)
+    row = experiment.parts(made.summary) | views.measure(made.path, arc)
     row |= {"triangles": budget.get("triangles"), "step_mm": 1000 * made.summary["lattice"]["step"]}
     return row | {"rms_mm": 1000 * (budget.get("rms") or 0)}
 
@@ -64,8 +64,8 @@ def quick_budgets():
     arc = views.Arc(QUICK_FRAMES, VIEWS[1:2])
     out = {}
     for meshes in MESHES:
-        made = lab.packed(clip(meshes, QUICK_FRAMES))
-        out[meshes] = lab.parts(made.summary) | views.measure(made.path, arc)
+        made = experiment.packed(clip(meshes, QUICK_FRAMES))
+        out[meshes] = experiment.parts(made.summary) | views.measure(made.path, arc)
     return out
 
 
@@ -186,13 +186,13 @@ def paper_capture(source):
             camera["pictures"] = f"{camera['name']}/%04d.png"
             del camera["masks"]
 
-    return lab.changed_capture(source, "whp235", change)
+    return experiment.changed_capture(source, "whp235", change)
 
 
 def paper_row(source, arc):
     """Bytes of the messages, and the view with the paper's texturing: by the normal, cosine above 0.25, best three."""
     sizes = whp235.sizes(source / "capture.json", lambda picture: picture.size)
-    made = lab.packed(paper_capture(source), "--codec", "jpeg", "--quality", 100, "--keep-geometry", "--step", "1mm",
+    made = experiment.packed(paper_capture(source), "--codec", "jpeg", "--quality", 100, "--keep-geometry", "--step", "1mm",
                       "--crop", "none", "--background", "keep", "--visibility", "none", "--colours", "off",
                       "--match-colours", "off", "--texture-inset", "off")  # fmt: skip
     row = views.measure(made.path, arc, "--blend", "paper", "--inset", 0)
@@ -202,8 +202,10 @@ def paper_row(source, arc):
 def size_rows(source, arc, codec):
     rows = []
     for quality in QUALITIES:
-        made = lab.packed(source, "--codec", codec, "--quality", f"{quality}dB")
-        rows.append({"quality_db": quality, **lab.parts(made.summary), **views.measure(made.path, arc)})
+        made = experiment.packed(source, "--codec", codec, "--quality", f"{quality}dB")
+        rows.append(
+            {"quality_db": quality, **experiment.parts(made.summary), **views.measure(made.path, arc)}
+        )
     return rows
 
 
@@ -234,7 +236,7 @@ def sizes(quick):
 def quick_sizes():
     source = clip("hull", QUICK_FRAMES)
     paper = whp235.sizes(source / "capture.json", lambda picture: picture.size)
-    return {"bytes_over_whp235": lab.packed(source).summary["bytes"] / paper["all"]}
+    return {"bytes_over_whp235": experiment.packed(source).summary["bytes"] / paper["all"]}
 
 
 def draw_sizes(results, folder):
@@ -333,7 +335,7 @@ def defaults_of_sizes(results):
 
 
 EXPERIMENTS = (
-    lab.Experiment(
+    experiment.Experiment(
         "system",
         "The error budget",
         budgets,
@@ -342,7 +344,7 @@ EXPERIMENTS = (
         quick_headlines,
         defaults_of_budgets,
     ),
-    lab.Experiment(
+    experiment.Experiment(
         "size",
         "Size and a view that no camera filmed",
         sizes,

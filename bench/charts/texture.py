@@ -13,7 +13,7 @@ import view_quality
 from PIL import Image
 from real_capture import luma
 
-from . import drawing, lab, numbers, system
+from . import drawing, experiment, numbers, system
 
 FRAMES = 6
 SIZES = "480x270", "960x540"
@@ -35,7 +35,7 @@ GREY = 128.0
 
 
 def clip(size, frames=FRAMES):
-    return lab.capture(
+    return experiment.capture(
         f"pictures-{size}", "--rig", "small", "--size", size, "--meshes", "tracked", "--frames", frames
     )
 
@@ -48,8 +48,8 @@ def bounds(mask):
 
 def quality(source, stream):
     """Of all pictures of a stream against those of its capture."""
-    folder = lab.WORK / "decoded" / stream.stem
-    lab.run("fvvdemux", stream, "-o", folder, "--meshes", "none", "--force")
+    folder = experiment.WORK / "decoded" / stream.stem
+    experiment.run("fvvdemux", stream, "-o", folder, "--meshes", "none", "--force")
     read, decoded = (json.loads((f / "capture.json").read_text()) for f in (source, folder))
     squares, pixels, whole, ssims = 0.0, 0, [], []
     for before, after in zip(read["cameras"], decoded["cameras"]):
@@ -74,11 +74,11 @@ def quality(source, stream):
 
 
 def row(source, codec, mode, number):
-    made = lab.packed(source, "--no-meshes", "--codec", codec, "--quality", number, *MODES[mode])
-    found = lab.kept("pictures", [source, made.path], lambda: quality(source, made.path))
+    made = experiment.packed(source, "--no-meshes", "--codec", codec, "--quality", number, *MODES[mode])
+    found = experiment.kept("pictures", [source, made.path], lambda: quality(source, made.path))
     return {
         "quality": number,
-        "bytes_per_frame": lab.video_bytes(made.summary) / made.summary["frames"],
+        "bytes_per_frame": experiment.video_bytes(made.summary) / made.summary["frames"],
         "mux_s": made.seconds,
     } | found
 
@@ -202,5 +202,7 @@ def percent(value):
 
 
 EXPERIMENTS = (
-    lab.Experiment("texture", "Pictures: codecs and cropping", measure, draw, text, headlines, defaults),
+    experiment.Experiment(
+        "texture", "Pictures: codecs and cropping", measure, draw, text, headlines, defaults
+    ),
 )

@@ -22,7 +22,7 @@ import view_quality
 from PIL import Image
 from real_capture import luma
 
-from . import lab
+from . import experiment
 
 GREY = 128.0
 MARGIN = 8
@@ -34,7 +34,7 @@ class Arc:
 
     def __init__(self, frames, views, seed=1):
         self.frames, self.views = frames, tuple(views)
-        self.folder = lab.capture(
+        self.folder = experiment.capture(
             "arc", "--rig", "arc", "--cameras", max(views) + 1, "--frames", frames, "--seed", seed
         )
         cameras = json.loads((self.folder / "capture.json").read_text())["cameras"]
@@ -93,7 +93,7 @@ class Sums:
 
 def draw(stream, frame, view_options, out, *options):
     """Luma of a drawn picture, grey where nothing is."""
-    lab.run(
+    experiment.run(
         "fvvrender",
         stream,
         "--frame",
@@ -113,12 +113,19 @@ def draw(stream, frame, view_options, out, *options):
 def measure(stream, arc, *options, frames=None):
     """PSNR, SSIM and flicker of a stream's pictures from the views of an arc. frames: of the stream, default all."""
     numbers = list(range(arc.frames)) if frames is None else list(frames)
-    key = lab.digest_of(lab.program("fvvrender")), stream, arc.folder, arc.views, numbers, *options
-    return lab.kept("views", key, lambda: compared(stream, arc, options, numbers))
+    key = (
+        experiment.digest_of(experiment.program("fvvrender")),
+        stream,
+        arc.folder,
+        arc.views,
+        numbers,
+        *options,
+    )
+    return experiment.kept("views", key, lambda: compared(stream, arc, options, numbers))
 
 
 def compared(stream, arc, options, numbers):
-    folder = lab.WORK / "drawn" / lab.short(stream, *options)
+    folder = experiment.WORK / "drawn" / experiment.short(stream, *options)
     folder.mkdir(parents=True, exist_ok=True)
     cells = [(view, frame) for view in arc.views for frame in numbers]
 

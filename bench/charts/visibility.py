@@ -2,7 +2,7 @@
 
 import json
 
-from . import drawing, lab, system
+from . import drawing, experiment, system
 
 FRAMES = 6
 CASES = {
@@ -14,14 +14,16 @@ DEFAULT_BIAS = 0.2
 
 
 def measured(what, path):
-    key = lab.digest_of(lab.program("fvvbench")), what, path
-    return lab.kept("visibility", key, lambda: json.loads(lab.run("fvvbench", what, path).output))
+    key = experiment.digest_of(experiment.program("fvvbench")), what, path
+    return experiment.kept(
+        "visibility", key, lambda: json.loads(experiment.run("fvvbench", what, path).output)
+    )
 
 
 def case(name):
     meshes, options = CASES[name]
     frames = f"0-{FRAMES - 1}"
-    made = lab.packed(system.clip(meshes), "--frames", frames, "--visibility", "weight", *options)
+    made = experiment.packed(system.clip(meshes), "--frames", frames, "--visibility", "weight", *options)
     weights = measured("visibility", made.path)
     found = made.summary["visibility"]
     return {
@@ -38,7 +40,7 @@ def case(name):
 
 def measure(quick):
     if quick:
-        made = lab.packed(system.clip("hull", system.QUICK_FRAMES))
+        made = experiment.packed(system.clip("hull", system.QUICK_FRAMES))
         return measured("visibility", made.path) | {
             "bytes": made.summary["visibility"]["bytes"] / system.QUICK_FRAMES
         }
@@ -117,7 +119,7 @@ def defaults(results):
 
 
 EXPERIMENTS = (
-    lab.Experiment(
+    experiment.Experiment(
         "visibility", "Visibility: weights or depth maps", measure, draw, text, headlines, defaults
     ),
 )

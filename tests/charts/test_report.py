@@ -4,7 +4,7 @@ import json
 
 import pytest
 from charts import __main__ as command
-from charts import lab, report
+from charts import experiment, report
 
 
 def verdicts(committed, now):
@@ -26,8 +26,8 @@ def test_a_figure_is_worse_beyond_the_tolerance_only():
     }
 
 
-def experiment(value):
-    return lab.Experiment(
+def one_figure(value):
+    return experiment.Experiment(
         "bytes", "", lambda quick: {"value": value}, None, None, lambda results: {"all": results["value"]}
     )
 
@@ -35,9 +35,9 @@ def experiment(value):
 @pytest.mark.parametrize("value, code", [(100, 0), (104, 0), (106, 1), (50, 0)])
 def test_quick_fails_for_a_worse_figure(tmp_path, monkeypatch, capsys, value, code):
     monkeypatch.setattr(report, "HEADLINES", tmp_path / "headlines.json")
-    assert command.quick([experiment(100)], accept=True) == 0
+    assert command.quick([one_figure(100)], accept=True) == 0
     assert json.loads((tmp_path / "headlines.json").read_text()) == {"bytes.all": 100}
-    assert command.quick([experiment(value)], accept=False) == code
+    assert command.quick([one_figure(value)], accept=False) == code
     shown = capsys.readouterr()
     assert "bytes.all" in shown.out
     assert ("bytes.all" in shown.err) == bool(code)
@@ -45,15 +45,15 @@ def test_quick_fails_for_a_worse_figure(tmp_path, monkeypatch, capsys, value, co
 
 def test_every_experiment_has_results_pictures_and_a_sentence():
     for e in command.all_experiments():
-        record = lab.load(e.name)
+        record = experiment.load(e.name)
         assert record, f"no docs/charts/results/{e.name}.json: ./run charts {e.name}"
         text = e.text(record["results"])
         assert report.first_sentence(text), e.name
-        pictures = [name for name in report.pictures(text) if not (lab.PAGES / name).exists()]
+        pictures = [name for name in report.pictures(text) if not (experiment.PAGES / name).exists()]
         assert not pictures, f"{e.name}: ./run charts --draw {e.name}"
 
 
 def test_the_page_is_that_of_the_stored_results():
-    assert (lab.PAGES / "README.md").read_text() == report.page(
+    assert (experiment.PAGES / "README.md").read_text() == report.page(
         command.all_experiments()
     ), "./run charts --draw"

@@ -56,9 +56,9 @@ def test_what_vanishes_silently_is_counted():
 
 def test_a_rotation_vector_is_right_far_from_half_a_turn_and_wrong_near_it():
     def error(short):
-        rotation = stability_camera.harm.rotation_by((1, 2, 3), math.radians(180 - short))
+        rotation = stability_camera.degradations.rotation_by((1, 2, 3), math.radians(180 - short))
         vector = stability_camera.rotation_vector(rotation)
-        again = stability_camera.harm.rotation_by(vector, np.linalg.norm(vector))
+        again = stability_camera.degradations.rotation_by(vector, np.linalg.norm(vector))
         return stability_camera.moved(again, rotation, 1000)
 
     assert error(90) < 1e-9

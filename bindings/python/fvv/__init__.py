@@ -13,7 +13,7 @@ Lengths are metres, times seconds, pixels have their centres at .5; cameras look
 
 from __future__ import annotations
 
-from . import friends
+from . import interop
 from ._core import Camera, Mesh, Picture, Sound, library_version
 from .audio import AudioInput
 from .background import Background, BackgroundPart, Light
@@ -73,7 +73,7 @@ __all__ = [
     "check",
     "compare",
     "decimate",
-    "friends",
+    "interop",
     "mux",
     "open",
     "render",

@@ -47,7 +47,7 @@ class Mesh:
     @property
     def colours(self) -> NDArray[numpy.uint8] | None:
         """(vertices, 3) red, green, blue of low resolution, sRGB. None: not sent."""
-    # Of fvv.friends.
+    # Of fvv.interop.
     def to_trimesh(self, atlas: Picture | NDArray[Any] | None = None) -> Any:
         """A trimesh.Trimesh. atlas: the picture of the texture."""
     def to_open3d(self) -> Any:

@@ -360,20 +360,20 @@ class Clip:
 
     def to_xarray(self, frames: slice = EVERY) -> Any:
         """An `xarray.Dataset` of calibrations over time, and of the meshes where their faces do not change
-        (`fvv.friends.clip_to_xarray`)."""
-        from .friends import clip_to_xarray
+        (`fvv.interop.clip_to_xarray`)."""
+        from .interop import clip_to_xarray
 
         return clip_to_xarray(self, frames)
 
     def to_dicts(self, frames: slice = EVERY) -> Iterator[dict[str, Any]]:
-        """Each frame as a dict of plain values and arrays (`fvv.friends.clip_to_dicts`)."""
-        from .friends import clip_to_dicts
+        """Each frame as a dict of plain values and arrays (`fvv.interop.clip_to_dicts`)."""
+        from .interop import clip_to_dicts
 
         return clip_to_dicts(self, frames)
 
     def to_usd(self, path: str | os.PathLike[str], frames: slice = EVERY, *, force: bool = False) -> None:
-        """Writes meshes and cameras over time as a USD file (`fvv.friends.usd.export`)."""
-        from .friends.usd import export
+        """Writes meshes and cameras over time as a USD file (`fvv.interop.usd.export`)."""
+        from .interop.usd import export
 
         export(self, path, frames, force=force)
 

@@ -163,8 +163,8 @@ class Frame(abc.ABC):
         return None
 
     def to_trimesh(self) -> Any:
-        """A `trimesh.Scene` of the meshes and cameras (`fvv.friends.frame_to_trimesh`)."""
-        from .friends import frame_to_trimesh
+        """A `trimesh.Scene` of the meshes and cameras (`fvv.interop.frame_to_trimesh`)."""
+        from .interop import frame_to_trimesh
 
         return frame_to_trimesh(self)
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy
 
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from .arrays import Floats, Mask, Picture
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 #: Levels of chroma (Cb and Cr, full range) that a backing has at least: less is no saturated colour.
 SATURATED = 28.0

@@ -13,7 +13,7 @@ from typing import Any
 from .. import __version__
 from ..command import DONE, LOSS, exit_code
 from ..errors import UsageError
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from .arguments import calibrate_parser, capture_parser
 from .progress import Show
 
@@ -185,7 +185,7 @@ def _make(given: argparse.Namespace, show: Show) -> int:
     try:
         if given.dask is not None:
             try:
-                client = needed("dask.distributed", "dask").Client(given.dask)
+                client = optional_import("dask.distributed", "dask").Client(given.dask)
             except ImportError as error:
                 raise UsageError(f"--dask: {error}") from error
         result = process(request, given.jobs or os.cpu_count() or 1, client, show)

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy
 
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from .arrays import Floats
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 #: Iterations at the coarsest level; a level of twice the size needs half of the number before.
 ROUNDS = 160

@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike
 
 from .._core import Camera
 from ..errors import UsageError
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from .arrays import Flags, Floats, Mask, Picture
-from .background import COVERED, Plate, checked, drift, small
 from .backing import Backing, measured_backing, smoothed
+from .clean_plate import COVERED, Plate, checked, drift, small
 from .colours import ColourModel
 from .graph import edge_weights, least_cut
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 MODES = ("auto", "chroma", "difference", "both")
 REFINEMENTS = ("none", "edge", "graph")

@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from .. import _core
 from .._core import Camera
 from ..errors import Error, UsageError
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from . import hull
-from .background import median_plate, plate_of
+from .clean_plate import median_plate, plate_of
 from .keying import Key, Keyer, KeyOptions, volume_matte
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 #: Consecutive frames of a task: a video is read in order within it.
 BATCH = 4

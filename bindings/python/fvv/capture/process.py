@@ -16,7 +16,7 @@ import numpy
 
 from .. import _core
 from ..errors import DamagedError, Error, LossWarning, UsageError
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from ..outputs import FileOutput, FolderOutput
 from ..writer import mux
 from . import footage, pipeline, synchronise
@@ -27,7 +27,7 @@ from .pipeline import Executors, FrameResult, Options, Progress, Work
 from .report import SILHOUETTE_WARNING, describe_frames, leave_one_out
 from .sheet import draw
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 #: A key below this confidence is named in a warning.
 LOW_CONFIDENCE = 0.35

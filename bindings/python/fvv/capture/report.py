@@ -11,11 +11,11 @@ import numpy
 from .. import _core
 from .. import open as open_clip
 from ..errors import UsageError
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from ..view import render
 from .pipeline import FrameResult, Progress
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 #: Below this intersection over union a camera's silhouette is named in a warning.
 SILHOUETTE_WARNING = 0.75

@@ -8,11 +8,11 @@ from typing import Any
 import numpy
 
 from ..errors import UsageError
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from .arrays import Picture
 from .keying import Key
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 #: Height of a text line in pixels.
 LINE = 18

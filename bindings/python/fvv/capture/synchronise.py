@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import UsageError
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 
-cv2: Any = needed("cv2", "capture")
-signal: Any = needed("scipy.signal", "capture")
+cv2: Any = optional_import("cv2", "capture")
+signal: Any = optional_import("scipy.signal", "capture")
 
 Method = Literal["sound", "flash", "motion"]
 

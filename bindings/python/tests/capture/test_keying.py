@@ -10,7 +10,7 @@ import fvv
 import numpy
 import pytest
 from conftest import ROOT, tool
-from fvv.capture import background, backing, keying, sheet
+from fvv.capture import backing, clean_plate, keying, sheet
 from fvv.errors import UsageError
 
 W, H = 480, 270
@@ -98,7 +98,7 @@ def room():
 
 @pytest.fixture(scope="module")
 def plate(room):
-    return background.plate_of(empty(room))
+    return clean_plate.plate_of(empty(room))
 
 
 def test_a_plate_knows_colour_and_noise(room, plate):
@@ -106,7 +106,7 @@ def test_a_plate_knows_colour_and_noise(room, plate):
     assert 1.6 < numpy.median(plate.noise) < 2.4
     assert plate.unseen == 0 and plate.size == (W, H) and plate.samples == 12
     # The noise of one picture is estimated in itself.
-    alone = background.plate_of(empty(room, 1, 3.0))
+    alone = clean_plate.plate_of(empty(room, 1, 3.0))
     assert 2.2 < numpy.median(alone.noise) < 3.8
 
 
@@ -137,7 +137,7 @@ def test_chroma(room):
 def test_both(room):
     """A crease of the screen differs from the plate; a green tie has the colour of the screen's shadow."""
     wall = screen()
-    plate = background.plate_of(empty(wall))
+    plate = clean_plate.plate_of(empty(wall))
     truth = figure(240)
     creased = wall.copy()
     cv2.line(creased, (60, 10), (90, 160), [0.75 * float(v) for v in wall[80, 75]], 9)
@@ -160,7 +160,7 @@ def test_generated_captures(tmp_path):
         other = (camera + 1) % 3
         wide = cv2.dilate(masks[other], numpy.ones((9, 9), numpy.uint8))
         clean = cv2.inpaint(pictures[other], wide, 5, cv2.INPAINT_TELEA)[:, ::-1].astype(numpy.float32)
-        plate = background.plate_of(empty(clean))
+        plate = clean_plate.plate_of(empty(clean))
         seen = filmed(clean, truth, camera, 2.0, 1.02, 1.0, 0.25, look=picture.astype(numpy.float32))
         overlaps.append(iou(keying.Keyer(plate).key(seen).mask, truth))
         print(f"camera {camera}: IoU {overlaps[-1]:.3f}")
@@ -172,7 +172,7 @@ def test_generated_captures(tmp_path):
 def test_exposure_drifts(room, plate, gain, offset):
     truth = figure(300)
     picture = filmed(room, truth, 5, gain=numpy.float32(gain), offset=offset)
-    found, added = background.drift(picture, plate.colour)
+    found, added = clean_plate.drift(picture, plate.colour)
     assert numpy.allclose(found, gain, atol=0.03) and numpy.allclose(added, offset, atol=4)
     assert iou(keying.Keyer(plate).key(picture).mask, truth) >= 0.96
 
@@ -272,8 +272,8 @@ def test_the_plate_of_a_clip(room):
     still = masks[8] > 0
     median = numpy.median(pictures, axis=0)
     assert numpy.abs(median - room)[still].mean() > 30
-    plate = background.median_plate(pictures)
-    seen = still & (plate.coverage > background.COVERED)
+    plate = clean_plate.median_plate(pictures)
+    seen = still & (plate.coverage > clean_plate.COVERED)
     assert seen.sum() > 0.9 * still.sum()
     assert numpy.abs(plate.colour - room)[seen].mean() < 4
     assert plate.unseen < 0.05
@@ -287,15 +287,15 @@ def test_the_plate_of_a_clip(room):
 
 def test_a_subject_that_never_moves_is_reported(room):
     masks, pictures = clip(room, [(200, 0)] * 6)
-    key = keying.Keyer(background.median_plate(pictures)).key(pictures[5])
+    key = keying.Keyer(clean_plate.median_plate(pictures)).key(pictures[5])
     assert iou(key.mask, masks[5]) < 0.2 and key.confidence < 0.3
     # Swaying limbs show that somebody is there: what is always covered is unseen, and the notes tell to film a plate.
     masks, pictures = clip(room, [(200 + 12 * numpy.sin(i / 2), 16 * numpy.sin(i / 3)) for i in range(14)])
-    plate = background.median_plate(pictures)
+    plate = clean_plate.median_plate(pictures)
     assert plate.unseen > 0.005
     keyer = keying.Keyer(plate, learn=pictures)
     assert any("film a plate" in note for note in keyer.notes)
-    good = keying.Keyer(background.plate_of(empty(room))).key(pictures[7])
+    good = keying.Keyer(clean_plate.plate_of(empty(room))).key(pictures[7])
     assert keyer.key(pictures[7]).confidence < good.confidence
 
 
@@ -312,13 +312,13 @@ def test_keys_are_the_same_in_any_order_and_process(room, plate):
 def test_errors(room, plate):
     good = filmed(room, figure(100))
     with pytest.raises(UsageError, match="at least one picture"):
-        background.plate_of([])
+        clean_plate.plate_of([])
     with pytest.raises(UsageError, match="240x270 pixels; 480x270 are expected"):
-        background.plate_of([good, good[:, :240]])
+        clean_plate.plate_of([good, good[:, :240]])
     with pytest.raises(UsageError, match="at least 3 pictures; 2"):
-        background.median_plate([good, good])
+        clean_plate.median_plate([good, good])
     with pytest.raises(UsageError, match="uint8 is expected"):
-        background.plate_of([good.astype(numpy.float32)])
+        clean_plate.plate_of([good.astype(numpy.float32)])
     with pytest.raises(UsageError, match="480x270 are expected"):
         keying.Keyer(plate).key(good[:100])
     with pytest.raises(UsageError, match="garbage matte has 480x100"):
@@ -376,7 +376,7 @@ def test_a_filmed_room_without_a_plate():
     with av.open(str(video)) as container:
         pictures = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
     keyer = keying.Keyer(
-        background.median_plate(pictures), keying.KeyOptions(refine="graph"), learn=pictures[::8]
+        clean_plate.median_plate(pictures), keying.KeyOptions(refine="graph"), learn=pictures[::8]
     )
     key = keyer.key(pictures[50])
     # Pixels (x, y) read from the picture: shorts, belly, both feet, cap.

@@ -9,14 +9,14 @@ from typing import Any
 import numpy
 from numpy.typing import NDArray
 
-from ...friends.needed import needed
+from ...interop.optional_import import optional_import
 from .boards import FEWEST_CORNERS, Board, Corners
 from .lenses import Lens
 from .poses import Pose, Views, view_error
 
-cv2: Any = needed("cv2", "capture")
-sparse: Any = needed("scipy.sparse", "capture")
-linalg: Any = needed("scipy.sparse.linalg", "capture")
+cv2: Any = optional_import("cv2", "capture")
+sparse: Any = optional_import("scipy.sparse", "capture")
+linalg: Any = optional_import("scipy.sparse.linalg", "capture")
 
 Floats = NDArray[numpy.float64]
 Ints = NDArray[numpy.int64]

@@ -9,12 +9,12 @@ import numpy
 from numpy.typing import NDArray
 
 from ...errors import UsageError
-from ...friends.needed import needed
+from ...interop.optional_import import optional_import
 
 Floats = NDArray[numpy.float64]
 Bytes = NDArray[numpy.uint8]
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 #: Corners of a view below which a pose from a plane is not reliable.
 FEWEST_CORNERS = 6

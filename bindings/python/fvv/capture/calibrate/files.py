@@ -8,14 +8,14 @@ from typing import Any
 import numpy
 
 from ...errors import Error, UsageError
-from ...friends.needed import needed
+from ...interop.optional_import import optional_import
 from ...outputs import FileOutput, FolderOutput
 from ..choices import CALIBRATION_FORMATS
 from .calibration import CalibratedCamera, Calibration, Moment
 from .lenses import Lens
 from .poses import Pose
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 
 def description(calibration: Calibration) -> dict[str, Any]:

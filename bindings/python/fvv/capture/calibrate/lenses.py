@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from ..._core import Camera
 from ...errors import Error, UsageError
-from ...friends.needed import needed
+from ...interop.optional_import import optional_import
 from ..choices import LENSES
 from .boards import FEWEST_CORNERS, Board, Corners
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 Floats = NDArray[numpy.float64]
 

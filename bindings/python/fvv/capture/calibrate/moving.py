@@ -10,17 +10,17 @@ import numpy
 from numpy.typing import NDArray
 
 from ...errors import Error, UsageError
-from ...friends.needed import needed
+from ...interop.optional_import import optional_import
 from .calibration import FEWEST_STILL, CalibratedCamera, Calibration, Moment, Progress
 from .lenses import Lens
 from .poses import Pose
 from .recordings import Recording, quiet
 
-cv2: Any = needed("cv2", "capture")
-optimize: Any = needed("scipy.optimize", "capture")
-sparse: Any = needed("scipy.sparse", "capture")
-csgraph: Any = needed("scipy.sparse.csgraph", "capture")
-spatial: Any = needed("scipy.spatial", "capture")
+cv2: Any = optional_import("cv2", "capture")
+optimize: Any = optional_import("scipy.optimize", "capture")
+sparse: Any = optional_import("scipy.sparse", "capture")
+csgraph: Any = optional_import("scipy.sparse.csgraph", "capture")
+spatial: Any = optional_import("scipy.spatial", "capture")
 
 Floats = NDArray[numpy.float64]
 Ints = NDArray[numpy.int64]

@@ -10,12 +10,12 @@ import numpy
 from numpy.typing import NDArray
 
 from ...errors import Error
-from ...friends.needed import needed
+from ...interop.optional_import import optional_import
 from .boards import Board, Corners
 from .lenses import Lens, pose_of
 
-cv2: Any = needed("cv2", "capture")
-csgraph: Any = needed("scipy.sparse.csgraph", "capture")
+cv2: Any = optional_import("cv2", "capture")
+csgraph: Any = optional_import("scipy.sparse.csgraph", "capture")
 
 Floats = NDArray[numpy.float64]
 

@@ -12,9 +12,9 @@ import numpy
 from numpy.typing import NDArray
 
 from ...errors import Error, UsageError
-from ...friends.needed import needed
+from ...interop.optional_import import optional_import
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 Bytes = NDArray[numpy.uint8]
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy
 from numpy.typing import NDArray
 
-from ...friends.needed import needed
+from ...interop.optional_import import optional_import
 from ...outputs import FolderOutput
 from .calibration import CELLS, CalibratedCamera, Calibration
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 Bytes = NDArray[numpy.uint8]
 

@@ -7,13 +7,14 @@ from typing import Any
 import numpy
 
 from .._core import Mesh
-from .needed import needed, upside_down
+from .conventions import upside_down
+from .optional_import import optional_import
 
 
 def mesh_to_open3d(mesh: Mesh) -> Any:
     """An `open3d.geometry.TriangleMesh`: float64 positions and int32 faces in their order, vertex colours, normals if they
     were sent, and texture coordinates of corners. Open3D copies all of them."""
-    open3d = needed("open3d", "open3d")
+    open3d = optional_import("open3d", "open3d")
     vector = open3d.utility
     out = open3d.geometry.TriangleMesh(
         vector.Vector3dVector(mesh.positions.astype(float)),

@@ -1,4 +1,4 @@
-"""Background plates: what a camera sees without subjects, from an empty stage or from the clip itself.
+"""Clean plates: what a camera sees without subjects, from an empty stage or from the clip itself.
 
 A plate has a colour and a noise for each pixel. `plate_of` takes the pictures of an empty stage. `median_plate` takes pictures
 with subjects in them, and finds at each pixel the colour that belongs to the background.
@@ -14,11 +14,11 @@ from typing import Any
 import numpy
 
 from ..errors import UsageError
-from ..friends.needed import needed
+from ..interop.optional_import import optional_import
 from .arrays import Flags, Floats, Picture
 from .colours import ColourModel
 
-cv2: Any = needed("cv2", "capture")
+cv2: Any = optional_import("cv2", "capture")
 
 #: Levels of 255. Compression removes the noise of flat parts: less than this is not believed.
 NOISE_FLOOR = 1.5

@@ -13,7 +13,8 @@ from .._core import Camera, Mesh
 from ..clip import EVERY, Clip, ClipFrame
 from ..errors import UsageError
 from ..outputs import FileOutput
-from .needed import along_minus_z, linear_of_srgb, needed, turned, upside_down
+from .conventions import along_minus_z, linear_of_srgb, turned, upside_down
+from .optional_import import optional_import
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -54,7 +55,9 @@ class _Stage:
 
     def __init__(self, clip: Clip, path: str) -> None:
         self._clip = clip
-        self._usd = {name: needed(f"pxr.{name}", "usd") for name in ("Gf", "Sdf", "Usd", "UsdGeom", "Vt")}
+        self._usd = {
+            name: optional_import(f"pxr.{name}", "usd") for name in ("Gf", "Sdf", "Usd", "UsdGeom", "Vt")
+        }
         geometry = self._usd["UsdGeom"]
         self._stage = self._usd["Usd"].Stage.CreateNew(path)
         up = clip.up or "+y"

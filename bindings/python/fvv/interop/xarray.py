@@ -9,7 +9,7 @@ import numpy
 
 from .._core import Camera, Mesh
 from ..clip import EVERY, Clip, ClipFrame
-from .needed import needed
+from .optional_import import optional_import
 
 
 def clip_to_dicts(clip: Clip, frames: slice = EVERY) -> Iterator[dict[str, Any]]:
@@ -49,7 +49,7 @@ def clip_to_xarray(clip: Clip, frames: slice = EVERY) -> Any:
     is no mesh; with colours and normals where all meshes sent them. Where faces change, the attribute "topology" is
     "changes" and the meshes are left out: `clip.to_dicts()` has them. Units are in the attributes of the variables.
     """
-    xarray = needed("xarray", "xarray")
+    xarray = optional_import("xarray", "xarray")
     chosen = clip[frames]
     meshes = [frame.mesh for frame in chosen]
     counts = {"description": "0: no mesh"}

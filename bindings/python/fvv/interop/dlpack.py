@@ -39,5 +39,5 @@ class Shared:
 
 
 def shared(array: NDArray[Any]) -> Shared:
-    """`torch.from_dlpack(fvv.friends.shared(mesh.positions))`: a tensor that shares the memory. See `Shared`."""
+    """`torch.from_dlpack(fvv.interop.shared(mesh.positions))`: a tensor that shares the memory. See `Shared`."""
     return Shared(array)

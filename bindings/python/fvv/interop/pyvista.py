@@ -8,14 +8,15 @@ import numpy
 
 from .._core import Mesh
 from ..errors import UsageError
-from .needed import needed, upside_down
+from .conventions import upside_down
+from .optional_import import optional_import
 from .trimesh import MeshArrays
 
 
 def mesh_to_pyvista(mesh: Mesh) -> Any:
     """A `pyvista.PolyData`: float32 points, triangles, and point data "colours" (uint8, sRGB), "Normals" if they were sent, and
     texture coordinates, all in the order of the vertices."""
-    pyvista = needed("pyvista", "pyvista")
+    pyvista = optional_import("pyvista", "pyvista")
     # VTK writes to its arrays: it gets copies of arrays that are read-only.
     out = pyvista.PolyData.from_regular_faces(mesh.positions.copy(), mesh.indices.astype(numpy.int64))
     if mesh.colours is not None:
@@ -30,7 +31,7 @@ def mesh_to_pyvista(mesh: Mesh) -> Any:
 def mesh_from_pyvista(mesh: Any) -> MeshArrays:
     """The arrays of a `pyvista.PolyData`; faces of more corners are cut into triangles. Normals and texture coordinates come
     along where the mesh has some."""
-    pyvista = needed("pyvista", "pyvista")
+    pyvista = optional_import("pyvista", "pyvista")
     if not isinstance(mesh, pyvista.PolyData):
         raise UsageError(f"expected a pyvista.PolyData, found {type(mesh).__name__}")
     if not mesh.is_all_triangles:

@@ -1,8 +1,7 @@
-"""Packages that are imported when they are needed, and what every converter shares."""
+"""Conventions of other programs: axes of cameras and worlds, linear light, texture coordinates from the bottom."""
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING, Any
 
 import numpy
@@ -10,18 +9,6 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from .._core import Camera
-
-
-def needed(module: str, extra: str) -> Any:
-    """A module of another package. ImportError names the extra of this package that installs it; a package that is installed and
-    does not work raises what it raises."""
-    package = module.split(".")[0]
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.split(".")[0] != package:
-            raise
-        raise ImportError(f"{package} is needed: pip install fvv[{extra}]") from error
 
 
 def along_minus_z(camera: Camera) -> NDArray[numpy.float64]:

@@ -71,7 +71,7 @@ def test_textures_in_trimesh(textured):
     at = (mesh.uvs * (width - 1, height - 1)).round().astype(int)
     ours = picture[at[:, 1], at[:, 0]]
     assert (numpy.abs(colours.astype(int) - ours) <= 2).all(axis=1).mean() > 0.95
-    back = fvv.friends.mesh_from_trimesh(found)
+    back = fvv.interop.mesh_from_trimesh(found)
     assert numpy.abs(back.uvs - mesh.uvs).max() < 1e-6 and (back.indices == mesh.indices).all()
 
 
@@ -92,7 +92,7 @@ def test_frames_are_scenes_of_trimesh(players):
         across = theirs.K @ (local[:3] * [[1], [-1], [-1]])
         pixels = (across[:2] / across[2]).T + camera.K[:2, 2] - theirs.resolution / 2
         assert (local[2] < 0).all() and numpy.abs(pixels - camera.project(points)).max() < 1e-9
-    back = fvv.friends.mesh_from_trimesh(scene)
+    back = fvv.interop.mesh_from_trimesh(scene)
     assert (back.positions == mesh.positions).all() and (back.indices == mesh.indices).all()
     assert fvv.compare(mesh, tuple(back), samples=100).distance.symmetric.max < 1e-6
 
@@ -102,17 +102,17 @@ def test_meshes_from_trimesh():
 
     box = trimesh.creation.box((1, 2, 3))
     box.vertex_normals = box.vertices / numpy.linalg.norm(box.vertices, axis=1)[:, None]
-    found = fvv.friends.mesh_from_trimesh(box, normals=True)
+    found = fvv.interop.mesh_from_trimesh(box, normals=True)
     assert numpy.shares_memory(found.positions, box.vertices) and found.uvs is None
     assert (found.normals == box.vertex_normals).all() and len(found.normals) == 8
     scene = trimesh.Scene()
     scene.add_geometry(box)
     scene.add_geometry(box, transform=trimesh.transformations.translation_matrix((5, 0, 0)))
-    both = fvv.friends.mesh_from_trimesh(scene)
+    both = fvv.interop.mesh_from_trimesh(scene)
     assert both.positions[:, 0].max() == 5.5 and both.indices.shape == (24, 3)
     for wrong in (trimesh.Scene(), "box"):
         with pytest.raises(fvv.UsageError):
-            fvv.friends.mesh_from_trimesh(wrong)
+            fvv.interop.mesh_from_trimesh(wrong)
 
 
 # USD.
@@ -223,7 +223,7 @@ def test_cameras_that_move_in_usd(tmp_path, name):
 
 
 def test_any_axis_may_be_up(players, tmp_path, monkeypatch):
-    from fvv.friends.needed import turned
+    from fvv.interop.conventions import turned
     from pxr import UsdGeom
 
     for up in ("+x", "+y", "+z", "-x", "-y", "-z"):
@@ -313,8 +313,8 @@ def test_meshes_that_change_in_xarray():
 def test_imageio_reads_each_picture_by_its_number(players):
     import imageio.v3 as iio
 
-    fvv.friends.imageio.register()
-    fvv.friends.imageio.register()
+    fvv.interop.imageio.register()
+    fvv.interop.imageio.register()
     with fvv.open(players) as clip:
         for index in (7, 0, 11, -2):
             found = iio.imread(players, index=index, camera="cam1")
@@ -339,7 +339,7 @@ def test_imageio_reads_each_picture_by_its_number(players):
 def test_imageio_leaves_other_files_alone(players, tmp_path):
     import imageio.v3 as iio
 
-    fvv.friends.imageio.register()
+    fvv.interop.imageio.register()
     other = tmp_path / "other.fvv"
     other.write_bytes(b"something else")
     with pytest.raises(OSError):
@@ -356,7 +356,7 @@ def test_dlpack_shares_memory(players):
         frame = clip[0]
         arrays = [frame.mesh.positions, frame.mesh.indices, frame.mesh.colours, frame.images[0].pixels]
         arrays += [frame.images[0].pixels[::-1, ::2]]
-        shared = [numpy.from_dlpack(fvv.friends.shared(array)) for array in arrays]
+        shared = [numpy.from_dlpack(fvv.interop.shared(array)) for array in arrays]
         copies = [array.copy() for array in arrays]
         for ours, theirs in zip(arrays, shared):
             assert numpy.shares_memory(ours, theirs) and ours.strides == theirs.strides
@@ -370,7 +370,7 @@ def test_torch(players):
     torch = optional("torch")
     with fvv.open(players) as clip:
         positions = clip[0].mesh.positions
-    tensor = torch.from_dlpack(fvv.friends.shared(positions))
+    tensor = torch.from_dlpack(fvv.interop.shared(positions))
     assert tensor.data_ptr() == positions.ctypes.data and tuple(tensor.shape) == positions.shape
 
 
@@ -383,13 +383,13 @@ def test_pyvista(players):
         mesh = clip[0].mesh
         textured = next(frame.mesh for frame in shapes if frame.mesh.uvs is not None)
         for one in (mesh, textured, cube[0].mesh):
-            back = fvv.friends.mesh_from_pyvista(one.to_pyvista())
+            back = fvv.interop.mesh_from_pyvista(one.to_pyvista())
             assert (back.positions == one.positions).all() and (back.indices == one.indices).all()
             assert (back.normals is not None) == one.has_normals
             assert one.uvs is None or numpy.abs(back.uvs - one.uvs).max() < 1e-6
     assert (mesh.to_pyvista().point_data["colours"] == mesh.colours).all()
     with pytest.raises(fvv.UsageError):
-        fvv.friends.mesh_from_pyvista("sphere")
+        fvv.interop.mesh_from_pyvista("sphere")
 
 
 def test_open3d(players):
@@ -412,7 +412,7 @@ def test_blender(players):
 
     scene = bpy.context.scene
     with fvv.open(players) as clip, fvv.open(SHAPES) as shapes:
-        shown = fvv.friends.blender.load(clip)
+        shown = fvv.interop.blender.load(clip)
         root = numpy.array(shown.root.matrix_world)
         assert (root[:3, :3] @ (0, 1, 0)).round(6).tolist() == [0, 0, 1]
         assert (scene.frame_start, scene.frame_end, scene.render.fps / scene.render.fps_base) == (0, 11, 25)
@@ -439,7 +439,7 @@ def test_blender(players):
                 assert numpy.abs(numpy.array(pixels) - camera.project(points)).max() < 1e-3
         shown.remove()
         assert not bpy.data.collections.get(shown.name) and not bpy.app.handlers.frame_change_pre
-        changing = fvv.friends.blender.load(shapes)
+        changing = fvv.interop.blender.load(shapes)
         for frame in shapes:
             scene.frame_set(frame.index)
             data = changing.meshes[frame.mesh.track].data
@@ -461,7 +461,7 @@ def test_absent_packages_are_named(players):
         "for name in ('trimesh', 'pxr', 'xarray', 'pyvista', 'open3d', 'imageio'): sys.modules[name] = None\n"
         f"clip = fvv.open({str(players)!r})\n"
         "mesh = clip[0].mesh\n"
-        "for call in (mesh.to_trimesh, mesh.to_open3d, mesh.to_pyvista, clip.to_xarray, fvv.friends.imageio.register,\n"
+        "for call in (mesh.to_trimesh, mesh.to_open3d, mesh.to_pyvista, clip.to_xarray, fvv.interop.imageio.register,\n"
         "             lambda: clip.to_usd('absent.usda')):\n"
         "    try: call()\n"
         "    except ImportError as error: print(str(error).split('fvv')[1])\n"

@@ -1,6 +1,6 @@
 """A plugin of imageio that reads the pictures of one camera, each exactly by its number.
 
-fvv.friends.imageio.register()
+fvv.interop.imageio.register()
 picture = imageio.v3.imread("players.fvv", index=30, camera="cam2")
 """
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..clip import Clip, ClipFrame
 from ..errors import Error, UsageError
 from ..frames import Key
-from .needed import needed
+from .optional_import import optional_import
 
 if TYPE_CHECKING:
     from types import EllipsisType
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 def register() -> None:
     """Makes imageio read files that end in .fvv with `FvvPlugin`. May be called again."""
-    config = needed("imageio.config", "imageio")
+    config = optional_import("imageio.config", "imageio")
     config.known_plugins["fvv"] = config.PluginConfig(
-        name="fvv", class_name="FvvPlugin", module_name="fvv.friends.imageio"
+        name="fvv", class_name="FvvPlugin", module_name="fvv.interop.imageio"
     )
     if ".fvv" not in config.known_extensions:
         extension = config.FileExtension(name="Free-viewpoint video", extension=".fvv", priority=["fvv"])
@@ -43,7 +43,7 @@ class FvvPlugin:
     """
 
     def __init__(self, request: Any) -> None:
-        core = needed("imageio.core.request", "imageio")
+        core = optional_import("imageio.core.request", "imageio")
         if request.mode.io_mode == core.IOMode.write:
             raise core.InitializationError("fvv: streams are read only")
         self._request = request
@@ -73,7 +73,7 @@ class FvvPlugin:
 
     def properties(self, index: int | EllipsisType = 0, *, camera: Key | None = None) -> Any:
         """imageio's ImageProperties."""
-        api = needed("imageio.core.v3_plugin_api", "imageio")
+        api = optional_import("imageio.core.v3_plugin_api", "imageio")
         every = not isinstance(index, int)
         picture = self.read(index=index if isinstance(index, int) else 0, camera=camera)
         shape = (len(self._clip), *picture.shape) if every else picture.shape

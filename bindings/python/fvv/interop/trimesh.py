@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from .._core import Camera, Mesh, Picture
 from ..errors import UsageError
 from ..frames import Frame
-from .needed import along_minus_z, needed, upside_down
+from .conventions import along_minus_z, upside_down
+from .optional_import import optional_import
 
 
 class MeshArrays(NamedTuple):
@@ -28,12 +29,12 @@ def mesh_to_trimesh(mesh: Mesh, atlas: Picture | NDArray[Any] | None = None) -> 
     atlas: the picture that the texture coordinates address; with it, or without colours, the mesh has texture coordinates.
     trimesh keeps float64 and int64: positions and faces are converted.
     """
-    trimesh = needed("trimesh", "trimesh")
+    trimesh = optional_import("trimesh", "trimesh")
     visual = None
     if mesh.uvs is not None and (atlas is not None or mesh.colours is None):
         material = None
         if atlas is not None:
-            image = needed("PIL.Image", "trimesh").fromarray(_eight_bits(numpy.asarray(atlas)))
+            image = optional_import("PIL.Image", "trimesh").fromarray(_eight_bits(numpy.asarray(atlas)))
             material = trimesh.visual.material.SimpleMaterial(image=image)
         visual = trimesh.visual.TextureVisuals(uv=upside_down(mesh.uvs), material=material)
     elif mesh.colours is not None:
@@ -59,7 +60,7 @@ def _eight_bits(pixels: NDArray[Any]) -> NDArray[numpy.uint8]:
 def camera_to_trimesh(camera: Camera) -> tuple[Any, NDArray[numpy.float64]]:
     """A `trimesh.scene.Camera` and its (4, 4) transform, camera to world. trimesh has no lens, skew, or principal point away
     from the picture's centre: they are left out."""
-    trimesh = needed("trimesh", "trimesh")
+    trimesh = optional_import("trimesh", "trimesh")
     found = trimesh.scene.Camera(
         name=camera.name or f"camera {camera.id}",
         resolution=(camera.width, camera.height),
@@ -71,7 +72,7 @@ def camera_to_trimesh(camera: Camera) -> tuple[Any, NDArray[numpy.float64]]:
 def frame_to_trimesh(frame: Frame) -> Any:
     """A `trimesh.Scene` of the frame's meshes, with the atlas as texture, and a node for each camera. `scene.camera` is the
     first; `scene.metadata["cameras"]` has all, by the name of their node."""
-    trimesh = needed("trimesh", "trimesh")
+    trimesh = optional_import("trimesh", "trimesh")
     scene = trimesh.Scene(metadata={"time": frame.time, "number": frame.number})
     for track, mesh in frame.meshes.items():
         atlas = frame.atlas if mesh.uvs is not None else None
@@ -93,7 +94,7 @@ def mesh_from_trimesh(mesh: Any, normals: bool = False) -> MeshArrays:
     positions and indices are trimesh's own memory: copy them before the mesh changes.
     normals: those of vertices that trimesh has or computes; texture coordinates come along where the mesh has some.
     """
-    trimesh = needed("trimesh", "trimesh")
+    trimesh = optional_import("trimesh", "trimesh")
     if isinstance(mesh, trimesh.Scene):
         parts = mesh.dump(concatenate=False)
         parts = [part for part in parts if isinstance(part, trimesh.Trimesh)]
@@ -113,7 +114,7 @@ def mesh_from_trimesh(mesh: Any, normals: bool = False) -> MeshArrays:
 
 
 def _joined(parts: list[Any]) -> Any:
-    trimesh = needed("trimesh", "trimesh")
+    trimesh = optional_import("trimesh", "trimesh")
     return trimesh.util.concatenate(
         [trimesh.Trimesh(part.vertices, part.faces, process=False) for part in parts]
     )

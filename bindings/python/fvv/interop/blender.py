@@ -8,7 +8,8 @@ import numpy
 
 from .._core import Camera, Mesh
 from ..clip import Clip, ClipFrame
-from .needed import along_minus_z, needed, turned, upside_down
+from .conventions import along_minus_z, turned, upside_down
+from .optional_import import optional_import
 
 
 def load(clip: Clip, name: str = "fvv") -> Shown:
@@ -30,7 +31,7 @@ class Shown:
     """A clip in a scene."""
 
     def __init__(self, clip: Clip, name: str) -> None:
-        self._bpy = needed("bpy", "blender")
+        self._bpy = optional_import("bpy", "blender")
         self._clip = clip
         self._scene = self._bpy.context.scene
         self._collection = self._bpy.data.collections.new(name)
@@ -109,7 +110,7 @@ class Shown:
 
 
 def _matrix(values: Any) -> Any:
-    return needed("mathutils", "blender").Matrix(values.tolist())
+    return optional_import("mathutils", "blender").Matrix(values.tolist())
 
 
 def _fill(data: Any, mesh: Mesh) -> None:
