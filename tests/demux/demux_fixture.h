@@ -7,7 +7,7 @@
 #include "fvv_catch.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/video.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <cmath>
 #include <filesystem>

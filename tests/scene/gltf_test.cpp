@@ -1,6 +1,6 @@
 // tools/capture: static glTF: containers, buffers, accessors, primitives, and the tree of nodes.
 #include "fvv_catch.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include "fvv_scene/mesh_file.h"
 #include "gltf_fixture.h"

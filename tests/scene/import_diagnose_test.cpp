@@ -1,8 +1,8 @@
 // tools/import: points that a calibration explains, and those that it would explain but for one mistake.
 #include "import_fixture.h"
 
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/import.h"
-#include "fvv_scene/text.h"
 #include "scene/src/import/camera.h"
 
 #include <random>

@@ -1,6 +1,6 @@
 // tools/capture: Draco files, those of other writers and hostile ones included, and files by name.
 #include "fvv_catch.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include "fvv_scene/mesh_file.h"
 

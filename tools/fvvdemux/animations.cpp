@@ -2,7 +2,7 @@
 #include "fvv_cxx/owned.h"
 #include "fvv_demux/meshes.h"
 #include "fvv_demux/views.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -3,8 +3,8 @@
 
 #include "cli/cli.h"
 #include "fvv_cxx/range.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/inputs.h"
-#include "fvv_scene/text.h"
 
 namespace fvv::fvvimport {
 

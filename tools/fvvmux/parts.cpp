@@ -3,7 +3,7 @@
 #include "fvv_cxx/range.h"
 #include "fvv_mux/parts.h"
 #include "fvv_scene/capture.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <cstdio>
 #include <nlohmann/json.hpp>

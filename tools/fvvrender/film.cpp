@@ -4,7 +4,7 @@
 #include "cli/output.h"
 #include "fvv_demux/frame_plan.h"
 #include "fvv_media/movie.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_view/path.h"
 
 #include <algorithm>

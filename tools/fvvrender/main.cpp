@@ -3,7 +3,7 @@
 #include "cli/cli.h"
 #include "cli/help.h"
 #include "cli/max_memory.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "fvvrender/film.h"
 #include "fvvrender/render.h"
 

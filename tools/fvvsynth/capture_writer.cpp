@@ -9,7 +9,7 @@
 #include "fvv_media/sound.h"
 #include "fvv_render/ray_visibility.h"
 #include "fvv_scene/environment.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "fvvsynth/atlas.h"
 #include "fvvsynth/look.h"
 #include "fvvsynth/remesh.h"

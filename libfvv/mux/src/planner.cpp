@@ -4,7 +4,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/parallel.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "mux/src/background.h"
 #include "mux/src/choices.h"
 #include "mux/src/crop.h"

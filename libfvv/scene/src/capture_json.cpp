@@ -1,6 +1,6 @@
 // Reads capture.json.
 #include "fvv_scene/environment.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/vocabulary.h"
 #include "scene/src/capture_fields.h"
 

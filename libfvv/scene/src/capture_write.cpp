@@ -1,7 +1,7 @@
 // Capture -> capture.json, one line per matrix, so that people can read it.
 
 #include "fvv_scene/capture.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/vocabulary.h"
 #include "scene/src/capture_fields.h"
 

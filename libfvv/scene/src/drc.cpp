@@ -1,8 +1,8 @@
 // Draco files (DRC). The header is read without libdraco first, because the decoder allocates by its counts
 // before it checks anything else.
 #include "fvv_cxx/untrusted.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/mesh_file.h"
-#include "fvv_scene/text.h"
 #include "scene/src/drc_points.h"
 #include "scene/src/mesh_build.h"
 

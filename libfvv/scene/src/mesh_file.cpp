@@ -3,7 +3,7 @@
 #include "fvv_scene/mesh_file.h"
 #include "fvv_cxx/input_file.h"
 #include "fvv_cxx/untrusted.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/gltf/pose.h"
 #include "scene/src/mesh_build.h"
 

@@ -3,7 +3,7 @@
 
 #include "scene/src/mtl.h"
 #include "fvv_cxx/input_file.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -2,7 +2,7 @@
 // a line that is not understood is an error, never a guess.
 
 #include "fvv_cxx/untrusted.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/mesh_build.h"
 #include "scene/src/mtl.h"
 

@@ -1,6 +1,6 @@
 // Patterns of file names, and the sources of pictures in capture.json.
 #include "fvv_scene/picture_source.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/capture_fields.h"
 
 namespace fvv::scene {

@@ -2,8 +2,8 @@
 // read.
 
 #include "fvv_cxx/untrusted.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/mesh_file.h"
-#include "fvv_scene/text.h"
 #include "scene/src/mesh_build.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Strict parsing and typed access.
 
 #include "fvv_scene/strict_json.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <algorithm>
 #include <numeric>

@@ -5,7 +5,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_media/sound.h"
 #include "fvv_media/video.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "fvv_mux/parts.h"
 #include "fvv/container.h"
 #include "fvv_cxx/error.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "mux/src/encode/job.h"
 #include "mux/src/parts/plan_data.h"
 

@@ -1,7 +1,7 @@
 #include "mux/src/sound/sound.h"
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/owned.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,10 +4,10 @@
 
 #include "fvv/calibration.h"
 #include "fvv_cxx/range.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/mesh_file.h"
 #include "fvv_scene/picture_source.h"
 #include "fvv_scene/sound_source.h"
-#include "fvv_scene/text.h"
 #include "fvv_scene/transform.h"
 
 #include <functional>

@@ -2,7 +2,7 @@
 // name their JSON pointer (RFC 6901).
 #pragma once
 
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <initializer_list>
 #include <nlohmann/json.hpp>

@@ -3,8 +3,8 @@
 #include "scene/src/gltf/container.h"
 #include "fvv_cxx/input_file.h"
 #include "fvv_cxx/untrusted.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/mesh_file.h"
-#include "fvv_scene/text.h"
 #include "scene/src/gltf/uri.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include "fvv_scene/environment.h"
 #include "fvv_cxx/untrusted.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/gltf/pose.h"
 #include "scene/src/gltf/writer.h"
 #include "scene/src/mesh_build.h"

@@ -1,7 +1,7 @@
 // Nodes, skins and the animation of a file.
 
 #include "scene/src/gltf/scene.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 namespace fvv::scene::gltf {
 

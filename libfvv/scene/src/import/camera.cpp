@@ -1,7 +1,7 @@
 // Poses, lenses, names and checks.
 
 #include "scene/src/import/camera.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 // Common to all readers: poses in fvv's axes, names from file names, the last checks.
 #pragma once
 
+#include "fvv_scene/file_io.h"
 #include "fvv_scene/import.h"
-#include "fvv_scene/text.h"
 
 #include <string>
 #include <string_view>

@@ -1,7 +1,7 @@
 // COLMAP's model, binary or text (https://colmap.github.io/format.html, models as in its sensor/models.h).
 // Its axes, its pixel centres (+0.5) and its order of coefficients are those of fvv.
 
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/import/camera.h"
 
 #include <algorithm>

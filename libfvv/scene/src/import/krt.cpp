@@ -3,7 +3,7 @@
 // words "extrinsic" and "intrinsic" with a matrix after each, as in the files of MVSNet. Pixel centres are
 // taken to lie at integers, as OpenCV has them.
 
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/import/camera.h"
 
 #include <filesystem>

@@ -3,7 +3,7 @@
 // ... k33 r11 ... r33 t1 t2 t3" for each, P = K [R t], no distortion. The README of the data only says that
 // the origin is top left; pixel centres are taken to lie at integers, as was usual at the time.
 
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/import/camera.h"
 
 namespace fvv::import {

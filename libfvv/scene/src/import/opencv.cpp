@@ -1,7 +1,7 @@
 // Files of OpenCV's calibration programs, written with cv::FileStorage, one camera in each. Its axes and
 // coefficients are those of fvv; its pixel centres lie at integers.
 
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/import/camera.h"
 #include "scene/src/import/tree.h"
 

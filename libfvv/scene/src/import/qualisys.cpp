@@ -1,7 +1,7 @@
 // Calibrations of Qualisys Track Manager. Lengths in millimetres, pixels in units of 1/64, r11 ... r33 from
 // the world to a camera with y up and z backwards, x y z its position.
 
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "scene/src/import/camera.h"
 #include "scene/src/import/tree.h"
 

@@ -1,7 +1,7 @@
 // Looking things up in a tree.
 
 #include "scene/src/import/tree.h"
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 
 #include <exception>
 #include <expat.h>

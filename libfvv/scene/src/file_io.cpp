@@ -1,5 +1,5 @@
 // Whole files in and out; tokens and numbers of text files.
-#include "fvv_scene/text.h"
+#include "fvv_scene/file_io.h"
 #include "fvv_cxx/input_file.h"
 
 #include <cerrno>

@@ -1,4 +1,4 @@
-// Whole files in and out; tokens and numbers of text files, the same under every locale.
+// Whole files in and out; words, lines and numbers of text files, the same under every locale.
 #pragma once
 
 #include "fvv/types.h"
