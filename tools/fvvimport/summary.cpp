@@ -2,7 +2,7 @@
 #include "fvvimport/summary.h"
 
 #include "fvv_scene/capture.h"
-#include "fvv_scene/vocabulary.h"
+#include "fvv_scene/capture_keywords.h"
 
 #include <cmath>
 #include <cstdio>

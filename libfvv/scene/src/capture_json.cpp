@@ -1,7 +1,7 @@
 // Reads capture.json.
+#include "fvv_scene/capture_keywords.h"
 #include "fvv_scene/environment.h"
 #include "fvv_scene/file_io.h"
-#include "fvv_scene/vocabulary.h"
 #include "scene/src/capture_fields.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // Capture -> capture.json, one line per matrix, so that people can read it.
 
 #include "fvv_scene/capture.h"
+#include "fvv_scene/capture_keywords.h"
 #include "fvv_scene/file_io.h"
-#include "fvv_scene/vocabulary.h"
 #include "scene/src/capture_fields.h"
 
 #include <cmath>

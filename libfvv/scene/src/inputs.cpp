@@ -1,8 +1,8 @@
 // From options and folders of other programs to the text of a capture.json, which is then read as any other.
 #include "fvv_scene/inputs.h"
+#include "fvv_scene/capture_keywords.h"
 #include "fvv_scene/file_io.h"
 #include "fvv_scene/import.h"
-#include "fvv_scene/vocabulary.h"
 #include "scene/src/capture_fields.h"
 #include "scene/src/gltf/container.h"
 
