@@ -1,7 +1,7 @@
 #include "cli/help.h"
 
 #include "cli/cli.h"
-#include "cli/described.h"
+#include "cli/option_help.h"
 #include "fvv/types.h"
 
 #include <algorithm>
@@ -52,7 +52,7 @@ std::string joined(const std::vector<std::string> &parts, const std::string &sep
   return out;
 }
 
-std::string row(const Described &option) {
+std::string row(const OptionHelp &option) {
   std::string text = option.text;
   if (!option.range.empty()) text += " " + option.range;
   if (!option.default_value.empty()) text += " (" + option.default_value + ")";
@@ -86,12 +86,12 @@ public:
         for (const ShownOption &option : section.options) out += row(option.usage, option.text);
       }
     } else {
-      const std::vector<Described> first = positionals(*app);
+      const std::vector<OptionHelp> first = positionals(*app);
       if (!first.empty()) out += "\n";
-      for (const Described &positional : first) out += row(positional);
-      for (const DescribedGroup &group : groups(*app)) {
+      for (const OptionHelp &positional : first) out += row(positional);
+      for (const OptionGroupHelp &group : groups(*app)) {
         out += "\n" + group.title + ":\n";
-        for (const Described &option : group.options) out += row(option);
+        for (const OptionHelp &option : group.options) out += row(option);
       }
     }
     if (!examples.empty()) out += "\nExamples:\n";
@@ -104,20 +104,20 @@ public:
   }
 
 private:
-  std::vector<Described> positionals(const CLI::App &app) const {
-    std::vector<Described> out;
+  std::vector<OptionHelp> positionals(const CLI::App &app) const {
+    std::vector<OptionHelp> out;
     for (const CLI::Option *option : app.get_options())
       if (!option->nonpositional()) out.push_back(describe(*option));
     return out;
   }
 
-  std::vector<DescribedGroup> groups(const CLI::App &app) const {
-    std::vector<DescribedGroup> out;
+  std::vector<OptionGroupHelp> groups(const CLI::App &app) const {
+    std::vector<OptionGroupHelp> out;
     std::vector<std::string> titles;
     for (const HelpSection &section : sections) titles.push_back(section.title);
     titles.push_back(sections.empty() ? "Options" : "More options");
     for (const std::string &title : titles) {
-      DescribedGroup group = {title, {}};
+      OptionGroupHelp group = {title, {}};
       for (const CLI::Option *option : app.get_options())
         if (option->nonpositional() && !option->get_group().empty() &&
             (option->get_group() == "Options" ? titles.back() : option->get_group()) == title)

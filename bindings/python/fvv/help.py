@@ -138,7 +138,7 @@ class Parser(argparse.ArgumentParser):
         return " ".join([self.prog, "[OPTIONS]", *names])
 
     def as_json(self) -> dict[str, Any]:
-        """The document that the tools in C++ print, in the same shape (tools/cli/described.h)."""
+        """The document that the tools in C++ print, in the same shape (tools/cli/option_help.h)."""
         return {
             "fvv_help": 1,
             "tool": self.prog,

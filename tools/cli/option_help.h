@@ -9,7 +9,7 @@
 
 namespace fvv::cli {
 
-struct Described {
+struct OptionHelp {
   std::vector<std::string> names; // "-o", "--output"; of a positional argument its name
   std::string value;              // "FILE"; empty: a flag
   std::string text, default_value, range;
@@ -20,19 +20,19 @@ struct Described {
 };
 
 // value: a name for it, for options that declare none.
-Described describe(const CLI::Option &option, const std::string &value = "");
+OptionHelp describe(const CLI::Option &option, const std::string &value = "");
 
 // Title, options; positional arguments and options that are hidden are left out.
-struct DescribedGroup {
+struct OptionGroupHelp {
   std::string title;
-  std::vector<Described> options;
+  std::vector<OptionHelp> options;
 };
 
 // The document of --help-json: fvv_help (the version of its shape, 1), tool, version, summary, positionals,
 // usage, groups, examples, exit_codes and notes. What an option does not have is absent, but for the value of
 // flags, which is null.
-nlohmann::ordered_json help_json(const CLI::App &app, const std::vector<Described> &positionals,
-                                 const std::vector<DescribedGroup> &groups,
+nlohmann::ordered_json help_json(const CLI::App &app, const std::vector<OptionHelp> &positionals,
+                                 const std::vector<OptionGroupHelp> &groups,
                                  const std::vector<std::string> &examples);
 
 } // namespace fvv::cli

@@ -1,4 +1,4 @@
-#include "cli/described.h"
+#include "cli/option_help.h"
 
 #include "fvv/types.h"
 
@@ -36,16 +36,16 @@ std::vector<std::string> long_names(const std::set<CLI::Option *> &options) {
 }
 
 // What is said of the value: a range, choices, or what kind of file it names.
-void read_type(Described &out, const std::string &type, const std::string &constraint) {
+void read_type(OptionHelp &out, const std::string &type, const std::string &constraint) {
   const size_t bracket = constraint.find('[');
   if (bracket != std::string::npos)
     out.range = std::regex_replace(constraint.substr(bracket), std::regex(" - "), "..");
   const std::string name = type.substr(0, type.find('.'));
   if (name == "FILE" || name == "PATTERN") {
-    out.takes = Described::Takes::file;
+    out.takes = OptionHelp::Takes::file;
     if (name.size() < type.size()) out.extensions = split(type.substr(name.size() + 1), '|');
   } else if (name == "FOLDER") {
-    out.takes = Described::Takes::folder;
+    out.takes = OptionHelp::Takes::folder;
   } else if (type.find('|') != std::string::npos) {
     out.choices = split(type, '|');
   } else if (begins_with(constraint, "{")) { // of IsMember
@@ -53,7 +53,7 @@ void read_type(Described &out, const std::string &type, const std::string &const
   }
 }
 
-Json json_of(const Described &option) {
+Json json_of(const OptionHelp &option) {
   Json out;
   if (option.is_positional)
     out["name"] = option.names.front();
@@ -64,8 +64,8 @@ Json json_of(const Described &option) {
   if (!option.default_value.empty()) out["default"] = option.default_value;
   if (!option.range.empty()) out["range"] = option.range;
   if (!option.choices.empty()) out["choices"] = option.choices;
-  if (option.takes != Described::Takes::word)
-    out["takes"] = option.takes == Described::Takes::file ? "file" : "folder";
+  if (option.takes != OptionHelp::Takes::word)
+    out["takes"] = option.takes == OptionHelp::Takes::file ? "file" : "folder";
   if (!option.extensions.empty()) out["extensions"] = option.extensions;
   if (option.is_required) out["required"] = true;
   if (option.is_repeated) out["repeated"] = true;
@@ -76,8 +76,8 @@ Json json_of(const Described &option) {
 
 } // namespace
 
-Described describe(const CLI::Option &option, const std::string &value) {
-  Described out;
+OptionHelp describe(const CLI::Option &option, const std::string &value) {
+  OptionHelp out;
   out.is_positional = !option.nonpositional();
   if (out.is_positional) {
     out.names = {option.get_name(true)};
@@ -101,24 +101,24 @@ Described describe(const CLI::Option &option, const std::string &value) {
   return out;
 }
 
-Json help_json(const CLI::App &app, const std::vector<Described> &positionals,
-               const std::vector<DescribedGroup> &groups, const std::vector<std::string> &examples) {
+Json help_json(const CLI::App &app, const std::vector<OptionHelp> &positionals,
+               const std::vector<OptionGroupHelp> &groups, const std::vector<std::string> &examples) {
   Json out = {{"fvv_help", 1},
               {"tool", app.get_name()},
               {"version", fvv_version()},
               {"summary", app.get_description()}};
   std::string usage = app.get_name() + " [OPTIONS]";
   out["positionals"] = Json::array();
-  for (const Described &positional : positionals) {
+  for (const OptionHelp &positional : positionals) {
     const std::string name = positional.names.front() + (positional.is_repeated ? "..." : "");
     usage += positional.is_required ? " " + name : " [" + name + "]";
     out["positionals"].push_back(json_of(positional));
   }
   out["usage"] = usage;
   out["groups"] = Json::array();
-  for (const DescribedGroup &group : groups) {
+  for (const OptionGroupHelp &group : groups) {
     Json options = Json::array();
-    for (const Described &option : group.options) options.push_back(json_of(option));
+    for (const OptionHelp &option : group.options) options.push_back(json_of(option));
     out["groups"].push_back({{"title", group.title}, {"options", options}});
   }
   out["examples"] = examples;
