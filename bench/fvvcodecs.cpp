@@ -24,7 +24,7 @@ void Row::measure(const Mesh &source, const Mesh &decoded) {
                                                   samples, compare::Points::vertices);
   measured++;
   size_t way = 0;
-  for (const compare::Direction *direction : {&apart.forth, &apart.back}) {
+  for (const compare::DirectedErrors *direction : {&apart.a_to_b, &apart.b_to_a}) {
     const double rms = direction->distance.figures().rms;
     squares[way] += rms * rms;
     distances[way++].add(direction->distance.histogram());

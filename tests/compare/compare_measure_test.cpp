@@ -30,31 +30,31 @@ double by_hand(Vec3 from, const Mesh &mesh) {
 TEST_CASE("a sphere in a sphere is as far away as their radii differ") {
   constexpr double e = 0.01;
   const Measure m = of(sphere(150, 1 + e), sphere(150, 1));
-  for (const Direction *way : {&m.forth, &m.back}) {
-    const Figures f = way->distance.figures();
+  for (const DirectedErrors *direction : {&m.a_to_b, &m.b_to_a}) {
+    const Figures f = direction->distance.figures();
     CHECK(f.rms == Approx(e).epsilon(2e-3));
     CHECK(f.mean == Approx(e).epsilon(2e-3));
     CHECK(f.p99 == Approx(e).epsilon(2e-3));
-    CHECK(way->d1 == Approx(e * e).epsilon(1e-9));
-    CHECK(way->d2 == Approx(e * e).epsilon(1e-3));
-    CHECK(way->angle.figures().mean < 0.1);
-    CHECK(way->turned == 0);
+    CHECK(direction->d1 == Approx(e * e).epsilon(1e-9));
+    CHECK(direction->d2 == Approx(e * e).epsilon(1e-3));
+    CHECK(direction->angle.figures().mean < 0.1);
+    CHECK(direction->turned == 0);
   }
   // A corner of the outer one is nearest to its own corner of the inner one.
-  CHECK(m.forth.hausdorff == Approx(e).epsilon(1e-12));
+  CHECK(m.a_to_b.hausdorff == Approx(e).epsilon(1e-12));
 }
 
 TEST_CASE("a plane that is lifted is off by that everywhere") {
   const Measure m = of(plane(10, 0), plane(10, 0.25));
-  for (const Direction *way : {&m.forth, &m.back}) {
-    const Figures f = way->distance.figures();
+  for (const DirectedErrors *direction : {&m.a_to_b, &m.b_to_a}) {
+    const Figures f = direction->distance.figures();
     CHECK(f.rms == Approx(0.25).epsilon(1e-12));
     CHECK(f.mean == Approx(0.25).epsilon(1e-12));
     CHECK(f.p99 == 0.25);
-    CHECK(way->hausdorff == Approx(0.25).epsilon(1e-12));
-    CHECK(way->d1 == 0.0625);
-    CHECK(way->d2 == 0.0625);
-    CHECK(way->angle.figures().max == 0);
+    CHECK(direction->hausdorff == Approx(0.25).epsilon(1e-12));
+    CHECK(direction->d1 == 0.0625);
+    CHECK(direction->d2 == 0.0625);
+    CHECK(direction->angle.figures().max == 0);
   }
   CHECK(psnr(std::sqrt(2), 0.0625) == Approx(10 * std::log10(32)));
   CHECK(psnr(1, 0) == INFINITY);
@@ -63,13 +63,13 @@ TEST_CASE("a plane that is lifted is off by that everywhere") {
 TEST_CASE("a plane that is pushed along itself is off at its rim, and by points but not by planes") {
   constexpr double shift = 0.03; // less than half a cell
   const Measure m = of(plane(10, 0), plane(10, 0, shift));
-  CHECK(m.forth.hausdorff == Approx(shift));
-  CHECK(m.back.hausdorff == Approx(shift));
+  CHECK(m.a_to_b.hausdorff == Approx(shift));
+  CHECK(m.b_to_a.hausdorff == Approx(shift));
   // Linear from 0 to shift within a strip of that width.
-  CHECK(m.forth.distance.figures().rms == Approx(std::sqrt(shift * shift * shift / 3)).epsilon(0.02));
-  CHECK(m.forth.distance.figures().mean == Approx(shift * shift / 2).epsilon(0.02));
-  CHECK(m.forth.d1 == Approx(shift * shift));
-  CHECK(m.forth.d2 == 0);
+  CHECK(m.a_to_b.distance.figures().rms == Approx(std::sqrt(shift * shift * shift / 3)).epsilon(0.02));
+  CHECK(m.a_to_b.distance.figures().mean == Approx(shift * shift / 2).epsilon(0.02));
+  CHECK(m.a_to_b.d1 == Approx(shift * shift));
+  CHECK(m.a_to_b.d2 == 0);
 }
 
 TEST_CASE("quantising spreads vertices evenly over a step") {
@@ -79,24 +79,24 @@ TEST_CASE("quantising spreads vertices evenly over a step") {
   const Measure m = of(source, quantised(source, step));
   // Variance step^2 / 12 an axis; a point of a face averages its corners, which halves it (the mean of the
   // sum of squared barycentric coordinates is 1/2), and only what is across the surface counts.
-  CHECK(m.forth.d1 == Approx(3 * step * step / 12).epsilon(0.03));
-  CHECK(m.forth.d2 == Approx(step * step / 12).epsilon(0.04));
-  CHECK(m.forth.distance.figures().rms == Approx(step / std::sqrt(24)).epsilon(0.04));
-  CHECK(m.forth.hausdorff <= step / 2 * std::sqrt(3));
-  CHECK(m.back.hausdorff <= step / 2 * std::sqrt(3));
+  CHECK(m.a_to_b.d1 == Approx(3 * step * step / 12).epsilon(0.03));
+  CHECK(m.a_to_b.d2 == Approx(step * step / 12).epsilon(0.04));
+  CHECK(m.a_to_b.distance.figures().rms == Approx(step / std::sqrt(24)).epsilon(0.04));
+  CHECK(m.a_to_b.hausdorff <= step / 2 * std::sqrt(3));
+  CHECK(m.b_to_a.hausdorff <= step / 2 * std::sqrt(3));
 }
 
 TEST_CASE("faces that are turned over show") {
   const Mesh ball = sphere(40, 1);
   const Measure all = of(ball, turned_over(ball));
-  CHECK(all.forth.angle.figures().mean == Approx(180));
-  CHECK(all.forth.turned == 1);
-  CHECK(all.forth.distance.figures().max < 1e-15);
+  CHECK(all.a_to_b.angle.figures().mean == Approx(180));
+  CHECK(all.a_to_b.turned == 1);
+  CHECK(all.a_to_b.distance.figures().max < 1e-15);
   Mesh one = plane(10, 0);
   std::swap(one.faces[0], one.faces[1]); // one of 200 faces
   const Measure m = of(plane(10, 0), one);
-  CHECK(m.forth.turned == Approx(1 / 200.).epsilon(0.02));
-  CHECK(m.back.turned == Approx(1 / 200.).epsilon(0.02));
+  CHECK(m.a_to_b.turned == Approx(1 / 200.).epsilon(0.02));
+  CHECK(m.b_to_a.turned == Approx(1 / 200.).epsilon(0.02));
 }
 
 TEST_CASE("where several vertices lie in one place they count once, and normals do not break") {
@@ -111,9 +111,9 @@ TEST_CASE("where several vertices lie in one place they count once, and normals 
   CHECK(apart.vertex_count() == 3 * whole.face_count());
   CHECK(other.points().size() == one.points().size());
   const Measure m = measure(one, other, count, Points::vertices);
-  CHECK(m.forth.d1 == 0);
-  CHECK(m.forth.angle.figures().max < 1e-6);
-  CHECK(m.back.angle.figures().max < 1e-6);
+  CHECK(m.a_to_b.d1 == 0);
+  CHECK(m.a_to_b.angle.figures().max < 1e-6);
+  CHECK(m.b_to_a.angle.figures().max < 1e-6);
 }
 
 TEST_CASE("a tilted plane has that angle") {
@@ -124,7 +124,7 @@ TEST_CASE("a tilted plane has that angle") {
     p[2] = std::sin(angle) * p[0];
     p[0] *= std::cos(angle);
   }
-  const Figures f = of(plane(4, 0), tilted).forth.angle.figures();
+  const Figures f = of(plane(4, 0), tilted).a_to_b.angle.figures();
   CHECK(f.mean == Approx(7).epsilon(1e-9));
   CHECK(f.max == Approx(7).epsilon(1e-9));
   CHECK(f.p99 == Approx(7).epsilon(1e-3));
@@ -134,7 +134,7 @@ TEST_CASE("figures are those of looking at every triangle and sorting all distan
   const Mesh a = noisy(sphere(9, 1), 0.05, 1), b = noisy(sphere(8, 1.02), 0.05, 2);
   const Surface of_a(a), of_b(b);
   constexpr size_t few = 3000;
-  const Direction found = measure(of_a, of_b, few, Points::vertices).forth;
+  const DirectedErrors found = measure(of_a, of_b, few, Points::vertices).a_to_b;
   std::vector<double> distances;
   double sum = 0, squares = 0;
   for (const Sample &s : of_a.sample(few)) distances.push_back(by_hand(s.point, b));
@@ -164,9 +164,9 @@ TEST_CASE("figures are those of looking at every triangle and sorting all distan
 
 TEST_CASE("D1 at samples sees another tessellation of one surface as near") {
   const Mesh coarse = plane(2, 0), fine = plane(50, 0);
-  CHECK(of(fine, coarse).forth.d1 > 0.01); // vertices of the fine one lie between those of the coarse one
-  CHECK(of(fine, coarse, Points::samples).forth.d1 < 1e-4);
-  CHECK(of(fine, coarse, Points::samples).forth.d2 == 0);
+  CHECK(of(fine, coarse).a_to_b.d1 > 0.01); // vertices of the fine one lie between those of the coarse one
+  CHECK(of(fine, coarse, Points::samples).a_to_b.d1 < 1e-4);
+  CHECK(of(fine, coarse, Points::samples).a_to_b.d2 == 0);
 }
 
 TEST_CASE("samples cover a surface by area, and not what has none") {

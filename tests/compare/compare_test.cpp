@@ -91,7 +91,7 @@ TEST_CASE("a stream that went through a second lattice is off by both") {
   CHECK(other.errors.distance[symmetric].max >= (0.016 - 0.001) / 4);
 }
 
-TEST_CASE("pooled figures are those of all frames, the worse way counts") {
+TEST_CASE("pooled figures are those of all frames, the worse direction counts") {
   const Folder folder;
   const std::string a = make_capture(folder, "a", {plane(4, 0), plane(4, 0)});
   const std::string b = make_capture(folder, "b", {plane(4, 0.3), plane(4, 0.4)});
@@ -114,10 +114,10 @@ TEST_CASE("pooled figures are those of all frames, the worse way counts") {
   half.faces.resize(half.faces.size() / 2);
   const Result one_way =
       compared(make_capture(folder, "half", {half}), make_capture(folder, "all", {plane(4, 0)}));
-  CHECK(one_way.errors.distance[forth].max < rounding);
-  CHECK(one_way.errors.distance[back].max == Approx(0.5));
+  CHECK(one_way.errors.distance[a_to_b].max < rounding);
+  CHECK(one_way.errors.distance[b_to_a].max == Approx(0.5));
   CHECK(one_way.errors.distance[symmetric].max == Approx(0.5));
-  CHECK(one_way.errors.distance[symmetric].rms == one_way.errors.distance[back].rms);
+  CHECK(one_way.errors.distance[symmetric].rms == one_way.errors.distance[b_to_a].rms);
 }
 
 TEST_CASE("figures do not depend on the number of threads") {
@@ -238,7 +238,7 @@ TEST_CASE("a heat map is the second mesh, with its distance at each vertex") {
     const auto *c = reinterpret_cast<const uint8_t *>(&bytes[start + v * stride + 28]);
     return std::make_pair(distance, std::array<int, 3>{c[0], c[1], c[2]});
   };
-  CHECK(result.errors.distance[Way::back].p99 < 0.5); // beyond it all is yellow
+  CHECK(result.errors.distance[b_to_a].p99 < 0.5); // beyond it all is yellow
   CHECK(vertex(0) == std::make_pair(0.5f, std::array<int, 3>{253, 231, 37}));
   CHECK(vertex(3) == std::make_pair(0.0f, std::array<int, 3>{68, 1, 84}));
   CHECK(fs::exists(folder.path("heat/0005.ply")));
@@ -262,9 +262,9 @@ TEST_CASE("meshes in memory and streams of the caller are compared as files are"
     Result found;
     fvv::compare::compare(in_a, in_b, {}, found);
     CHECK(found.frames.size() == 3);
-    for (const Way way : {forth, back}) {
-      CHECK(found.errors.distance[way].rms == as.errors.distance[way].rms);
-      CHECK(found.errors.d2[way] == as.errors.d2[way]);
+    for (const Direction direction : {a_to_b, b_to_a}) {
+      CHECK(found.errors.distance[direction].rms == as.errors.distance[direction].rms);
+      CHECK(found.errors.d2[direction] == as.errors.d2[direction]);
     }
     CHECK(found.temporal->rms == as.temporal->rms);
     CHECK(found.scale_unknown == as.scale_unknown);

@@ -65,7 +65,7 @@ void heatmaps(const Sequence &a, const Sequence &b, const Result &result, uint32
     for (const Vec3 &p : positions_of(meshes.b)) off.push_back(std::sqrt(in_a.nearest(p).squared));
     char name[32];
     std::snprintf(name, sizeof name, "%04lld.ply", (long long)result.frames[i].number_a);
-    folder.write(name, format_heatmap(meshes.b, off, result.errors.distance[back].p99));
+    folder.write(name, format_heatmap(meshes.b, off, result.errors.distance[b_to_a].p99));
   });
 }
 

@@ -14,10 +14,10 @@ std::string frames_of(size_t count) {
   return std::to_string(count) + (count == 1 ? " frame" : " frames");
 }
 
-const char *const way_names[way_count] = {"a_to_b", "b_to_a", "symmetric"};
+const char *const direction_names[direction_count] = {"a_to_b", "b_to_a", "symmetric"};
 
 // Widths of names and values of the table.
-std::string row(const char *label, const std::array<std::string, way_count> &values) {
+std::string row(const char *label, const std::array<std::string, direction_count> &values) {
   std::string out = fvv::format("  %-24s", label);
   for (const std::string &value : values) out += fvv::format(" %14s", value.c_str());
   return out + "\n";
@@ -37,10 +37,10 @@ public:
   std::string all() const {
     const Errors &e = result.errors;
     std::string out = row("", {"A to B", "B to A", "symmetric"});
-    const auto figures = [&](const char *label, const std::array<Figures, way_count> &of,
+    const auto figures = [&](const char *label, const std::array<Figures, direction_count> &of,
                              double Figures::*which, bool lengths) {
-      std::array<std::string, way_count> cells;
-      for (size_t w = 0; w < way_count; w++)
+      std::array<std::string, direction_count> cells;
+      for (size_t w = 0; w < direction_count; w++)
         cells[w] = lengths ? length(of[w].*which) : fvv::format("%.3f deg", of[w].*which);
       out += row(label, cells);
     };
@@ -48,8 +48,8 @@ public:
     figures("distance, mean", e.distance, &Figures::mean, true);
     figures("distance, p99", e.distance, &Figures::p99, true);
     figures("distance, Hausdorff", e.distance, &Figures::max, true);
-    const auto cells = [&](const std::array<double, way_count> &of, const auto &as_text) {
-      return std::array<std::string, way_count>{as_text(of[0]), as_text(of[1]), as_text(of[2])};
+    const auto cells = [&](const std::array<double, direction_count> &of, const auto &as_text) {
+      return std::array<std::string, direction_count>{as_text(of[0]), as_text(of[1]), as_text(of[2])};
     };
     const auto decibels = [&](double mse) { return decibel(mse); };
     out += row("D1 PSNR, point to point", cells(e.d1, decibels));
@@ -85,13 +85,13 @@ Json json_of(const Errors &e, double peak) {
   Json out;
   // JSON has no infinity: the PSNR of equal sets is null.
   const auto decibel = [&](double mse) { return mse > 0 ? Json(psnr(peak, mse)) : Json(nullptr); };
-  for (size_t w = 0; w < way_count; w++) {
-    const char *way = way_names[w];
-    out["distance"][way] = json_of(e.distance[w]);
-    out["d1"][way] = {{"mse", e.d1[w]}, {"psnr", decibel(e.d1[w])}};
-    out["d2"][way] = {{"mse", e.d2[w]}, {"psnr", decibel(e.d2[w])}};
-    out["normals"][way] = json_of(e.angle[w]);
-    out["turned"][way] = e.turned[w];
+  for (size_t w = 0; w < direction_count; w++) {
+    const char *direction = direction_names[w];
+    out["distance"][direction] = json_of(e.distance[w]);
+    out["d1"][direction] = {{"mse", e.d1[w]}, {"psnr", decibel(e.d1[w])}};
+    out["d2"][direction] = {{"mse", e.d2[w]}, {"psnr", decibel(e.d2[w])}};
+    out["normals"][direction] = json_of(e.angle[w]);
+    out["turned"][direction] = e.turned[w];
   }
   return out;
 }
@@ -151,10 +151,10 @@ std::string json(const Command &options, const Result &result) {
 
 std::string csv(const Result &result) {
   std::string out = "frame_a,frame_b,vertices_a,faces_a,vertices_b,faces_b";
-  for (const char *way : way_names)
+  for (const char *direction : direction_names)
     for (const char *column : {"rms", "mean", "p99", "max", "d1_mse", "d1_psnr", "d2_mse", "d2_psnr",
                                "normal_mean", "normal_p99", "turned"})
-      out += fvv::format(",%s_%s", way, column);
+      out += fvv::format(",%s_%s", direction, column);
   out += ",temporal_rms,temporal_max\n";
   const auto decibel = [&](double mse) {
     return mse > 0 ? fvv::format("%.17g", psnr(result.peak, mse)) : "inf";
@@ -163,7 +163,7 @@ std::string csv(const Result &result) {
     out += fvv::format("%lld,%lld,%zu,%zu,%zu,%zu", (long long)f.number_a, (long long)f.number_b,
                        f.vertices_a, f.faces_a, f.vertices_b, f.faces_b);
     const Errors &e = f.errors;
-    for (size_t w = 0; w < way_count; w++) {
+    for (size_t w = 0; w < direction_count; w++) {
       const Figures &d = e.distance[w];
       out += fvv::format(",%.17g,%.17g,%.17g,%.17g,%.17g,", d.rms, d.mean, d.p99, d.max, e.d1[w]) +
              decibel(e.d1[w]);

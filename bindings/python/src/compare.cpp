@@ -74,8 +74,8 @@ py::dict describe(const compare::Figures &f) {
 // A dict for each kind, with the names of fvvcompare's JSON; PSNR of equal sets is infinite.
 void describe(const compare::Errors &e, double peak, py::dict &out) {
   py::dict distance, d1, d2, normals, turned;
-  const char *const names[compare::way_count] = {"a_to_b", "b_to_a", "symmetric"};
-  for (size_t w = 0; w < compare::way_count; w++) {
+  const char *const names[compare::direction_count] = {"a_to_b", "b_to_a", "symmetric"};
+  for (size_t w = 0; w < compare::direction_count; w++) {
     distance[names[w]] = describe(e.distance[w]);
     d1[names[w]] = py::dict(py::arg("mse") = e.d1[w], py::arg("psnr") = compare::psnr(peak, e.d1[w]));
     d2[names[w]] = py::dict(py::arg("mse") = e.d2[w], py::arg("psnr") = compare::psnr(peak, e.d2[w]));

@@ -20,27 +20,27 @@ Figures worse(const Figures &a, const Figures &b) {
 }
 
 void add_symmetric(Errors &e) {
-  e.distance[symmetric] = worse(e.distance[forth], e.distance[back]);
-  e.angle[symmetric] = worse(e.angle[forth], e.angle[back]);
+  e.distance[symmetric] = worse(e.distance[a_to_b], e.distance[b_to_a]);
+  e.angle[symmetric] = worse(e.angle[a_to_b], e.angle[b_to_a]);
   for (auto *values : {&e.d1, &e.d2, &e.turned})
-    (*values)[symmetric] = std::max((*values)[forth], (*values)[back]);
+    (*values)[symmetric] = std::max((*values)[a_to_b], (*values)[b_to_a]);
 }
 
-void take(Errors &e, Way way, const Direction &direction) {
-  e.distance[way] = direction.distance.figures();
-  e.distance[way].max = direction.hausdorff;
-  e.d1[way] = direction.d1;
-  e.d2[way] = direction.d2;
-  e.angle[way] = direction.angle.figures();
-  e.turned[way] = direction.turned;
+void take(Errors &e, Direction direction, const DirectedErrors &found) {
+  e.distance[direction] = found.distance.figures();
+  e.distance[direction].max = found.hausdorff;
+  e.d1[direction] = found.d1;
+  e.d2[direction] = found.d2;
+  e.angle[direction] = found.angle.figures();
+  e.turned[direction] = found.turned;
 }
 
 // Every frame weighs the same: surfaces have the same number of samples in all of them.
-Figures pooled(const std::vector<FrameResult> &frames, std::array<Figures, way_count> Errors::*kind, Way way,
-               const Histogram &histogram) {
+Figures pooled(const std::vector<FrameResult> &frames, std::array<Figures, direction_count> Errors::*kind,
+               Direction direction, const Histogram &histogram) {
   Figures out;
   for (const FrameResult &frame : frames) {
-    const Figures &f = (frame.errors.*kind)[way];
+    const Figures &f = (frame.errors.*kind)[direction];
     out.rms += f.rms * f.rms;
     out.mean += f.mean;
     out.max = std::max(out.max, f.max);
@@ -51,9 +51,10 @@ Figures pooled(const std::vector<FrameResult> &frames, std::array<Figures, way_c
   return out;
 }
 
-double pooled(const std::vector<FrameResult> &frames, std::array<double, way_count> Errors::*kind, Way way) {
+double pooled(const std::vector<FrameResult> &frames, std::array<double, direction_count> Errors::*kind,
+              Direction direction) {
   double sum = 0;
-  for (const FrameResult &frame : frames) sum += (frame.errors.*kind)[way];
+  for (const FrameResult &frame : frames) sum += (frame.errors.*kind)[direction];
   return sum / double(frames.size());
 }
 
@@ -137,15 +138,15 @@ private:
       slot.box = in_a.box();
       slot.constant = i && follows(i) && same_faces(i, meshes);
       const Measure measured = measure(in_a, in_b, options.samples, options.points);
-      take(frame.errors, forth, measured.forth);
-      take(frame.errors, back, measured.back);
+      take(frame.errors, a_to_b, measured.a_to_b);
+      take(frame.errors, b_to_a, measured.b_to_a);
       add_symmetric(frame.errors);
       // Adding counts gives the same sums in any order.
       const std::lock_guard<std::mutex> lock(mutex);
-      distances[forth].add(measured.forth.distance.histogram());
-      distances[back].add(measured.back.distance.histogram());
-      angles[forth].add(measured.forth.angle.histogram());
-      angles[back].add(measured.back.angle.histogram());
+      distances[a_to_b].add(measured.a_to_b.distance.histogram());
+      distances[b_to_a].add(measured.b_to_a.distance.histogram());
+      angles[a_to_b].add(measured.a_to_b.angle.histogram());
+      angles[b_to_a].add(measured.b_to_a.angle.histogram());
     } catch (const Error &error) {
       slot.loss = error.what();
     }
@@ -206,12 +207,12 @@ private:
 
   void pool() {
     Errors &e = result.errors;
-    for (const Way way : {forth, back}) {
-      e.distance[way] = pooled(result.frames, &Errors::distance, way, distances[way]);
-      e.angle[way] = pooled(result.frames, &Errors::angle, way, angles[way]);
-      e.d1[way] = pooled(result.frames, &Errors::d1, way);
-      e.d2[way] = pooled(result.frames, &Errors::d2, way);
-      e.turned[way] = pooled(result.frames, &Errors::turned, way);
+    for (const Direction direction : {a_to_b, b_to_a}) {
+      e.distance[direction] = pooled(result.frames, &Errors::distance, direction, distances[direction]);
+      e.angle[direction] = pooled(result.frames, &Errors::angle, direction, angles[direction]);
+      e.d1[direction] = pooled(result.frames, &Errors::d1, direction);
+      e.d2[direction] = pooled(result.frames, &Errors::d2, direction);
+      e.turned[direction] = pooled(result.frames, &Errors::turned, direction);
     }
     add_symmetric(e);
   }

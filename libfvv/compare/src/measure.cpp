@@ -85,7 +85,7 @@ private:
 };
 
 void surface_errors(const Surface &from, const std::vector<Sample> &samples, const Surface &to,
-                    Direction &out) {
+                    DirectedErrors &out) {
   size_t turned = 0;
   for (const Sample &s : samples) {
     const render::ClosestPoint hit = to.nearest(s.point);
@@ -102,7 +102,7 @@ void surface_errors(const Surface &from, const std::vector<Sample> &samples, con
   out.hausdorff = std::max(out.distance.figures().max, std::sqrt(furthest));
 }
 
-void point_errors(const Cloud &from, const Cloud &to, Direction &out) {
+void point_errors(const Cloud &from, const Cloud &to, DirectedErrors &out) {
   double d1 = 0, d2 = 0;
   for (const Vec3 &p : from.all()) {
     const render::ClosestPoint hit = to.nearest(p);
@@ -120,11 +120,11 @@ void point_errors(const Cloud &from, const Cloud &to, Direction &out) {
 Measure measure(const Surface &a, const Surface &b, size_t samples, Points points) {
   const std::vector<Sample> of_a = a.sample(samples), of_b = b.sample(samples);
   Measure out;
-  surface_errors(a, of_a, b, out.forth);
-  surface_errors(b, of_b, a, out.back);
+  surface_errors(a, of_a, b, out.a_to_b);
+  surface_errors(b, of_b, a, out.b_to_a);
   const Cloud cloud_a(a, of_a, points), cloud_b(b, of_b, points);
-  point_errors(cloud_a, cloud_b, out.forth);
-  point_errors(cloud_b, cloud_a, out.back);
+  point_errors(cloud_a, cloud_b, out.a_to_b);
+  point_errors(cloud_b, cloud_a, out.b_to_a);
   return out;
 }
 

@@ -25,13 +25,13 @@ struct Options {
 };
 
 // From A to B, from B to A, and the worse of the two.
-enum Way { forth, back, symmetric, way_count };
+enum Direction { a_to_b, b_to_a, symmetric, direction_count };
 
 struct Errors {
-  std::array<Figures, way_count> distance; // max: the Hausdorff distance
-  std::array<double, way_count> d1, d2;    // mean squared errors
-  std::array<Figures, way_count> angle;    // degrees
-  std::array<double, way_count> turned;    // shares
+  std::array<Figures, direction_count> distance; // max: the Hausdorff distance
+  std::array<double, direction_count> d1, d2;    // mean squared errors
+  std::array<Figures, direction_count> angle;    // degrees
+  std::array<double, direction_count> turned;    // shares
 };
 
 struct FrameResult {

@@ -46,7 +46,7 @@ private:
 enum class Points { vertices, samples };
 
 // From one surface to the other, lengths as positions have them.
-struct Direction {
+struct DirectedErrors {
   Spread distance;       // point to surface, of the samples
   double hausdorff = 0;  // the largest distance, of samples and vertices
   double d1 = 0, d2 = 0; // mean squared error, point to point and point to plane
@@ -55,7 +55,7 @@ struct Direction {
 };
 
 struct Measure {
-  Direction forth, back; // A to B, B to A
+  DirectedErrors a_to_b, b_to_a;
 };
 
 // samples > 0: of each surface. Both have an area.
