@@ -43,9 +43,9 @@ private:
 };
 
 // What one camera shows.
-class Looker {
+class ColourSampler {
 public:
-  Looker(const ColourView &shown, const Mesh &mesh, const Neighbours &neighbours) : view(shown) {
+  ColourSampler(const ColourView &shown, const Mesh &mesh, const Neighbours &neighbours) : view(shown) {
     double place[3];
     fvv_camera_centre(&view.camera, place);
     centre = {place[0], place[1], place[2]};
@@ -184,12 +184,12 @@ VertexColourGatherer::~VertexColourGatherer() = default;
 
 void VertexColourGatherer::add(const ColourView &view) {
   const Mesh &mesh = state->mesh;
-  const Looker looker(view, mesh, state->neighbours);
+  const ColourSampler sampler(view, mesh, state->neighbours);
   std::vector<State::Found> &found = state->cameras.emplace_back();
   for (size_t v = 0; v < mesh.vertex_count; v++) {
     const float *p = mesh.positions + 3 * v;
     bool good;
-    const Sample sample = looker.sample(v, {p[0], p[1], p[2]}, state->normals[v], good);
+    const Sample sample = sampler.sample(v, {p[0], p[1], p[2]}, state->normals[v], good);
     if (sample.weight > 0) found.push_back({uint32_t(v), good, sample});
   }
   found.shrink_to_fit();
