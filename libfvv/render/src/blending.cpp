@@ -18,17 +18,17 @@ constexpr double fully_certain = 0.1;
 
 } // namespace
 
-Candidate directed(const ViewOptions &options, const Stance &stance) {
+Candidate directed(const ViewOptions &options, const ViewAngles &angles) {
   Candidate camera;
   if (options.blend == Blend::paper) {
     // A weight of 0 would leave nothing to divide by.
-    if (stance.facing >= options.threshold && stance.facing > 0) camera.weight = stance.facing;
+    if (angles.facing >= options.threshold && angles.facing > 0) camera.weight = angles.facing;
     camera.certainty = 1;
     return camera;
   }
-  if (!(stance.facing > options.threshold)) return camera;
-  const double apart = 1 + direction_width - stance.direction;
-  camera.certainty = (stance.facing - options.threshold) / (1 - options.threshold);
+  if (!(angles.facing > options.threshold)) return camera;
+  const double apart = 1 + direction_width - angles.direction;
+  camera.certainty = (angles.facing - options.threshold) / (1 - options.threshold);
   camera.weight = camera.certainty / (apart * apart);
   return camera;
 }

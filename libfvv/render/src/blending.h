@@ -20,15 +20,15 @@ struct Candidate {
   }
 };
 
-// How a camera stands to a point and its viewer: cosines between the ray to the camera and the normal, and
-// between the rays to the camera and to the viewer.
-struct Stance {
+// Where a camera is, as seen from a point of the surface: cosines between the ray to the camera and the
+// normal, and between the rays to the camera and to the viewer.
+struct ViewAngles {
   double facing, direction;
 };
 
 // With the weight before the picture is looked at, an upper bound of the final weight. 0: the camera is not
 // used.
-Candidate directed(const ViewOptions &options, const Stance &stance);
+Candidate directed(const ViewOptions &options, const ViewAngles &angles);
 
 // A factor from 0 to 1 for a point whose interpolated visibility weight is seen, 0 to 255: 0 to one half: the
 // camera does not show it.
