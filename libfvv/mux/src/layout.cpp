@@ -112,16 +112,16 @@ namespace {
 constexpr double same = 1e-6; // cosines, and distances by their ratio: the accuracy of calibrations
 
 // How far apart two cameras, or the most distant of two sets, are.
-struct Apart {
+struct CameraDistance {
   double turned = 0, distance = 0; // 1 - cosine between the optical axes; between the centres, metres
 
-  bool operator<(const Apart &other) const {
+  bool operator<(const CameraDistance &other) const {
     return std::abs(turned - other.turned) > same ? turned < other.turned
                                                   : distance < (1 - same) * other.distance;
   }
 };
 
-Apart apart(const fvv_camera &a, const fvv_camera &b) {
+CameraDistance distance_of(const fvv_camera &a, const fvv_camera &b) {
   double cosine = 0, squares = 0;
   for (int i = 0; i < 3; i++) {
     double gap = 0; // of the centres: -R^T t
@@ -147,17 +147,17 @@ std::vector<std::vector<size_t>> neighbours(const scene::Capture &capture, const
     seen.push_back(described(capture, capture.cameras[index]));
   }
   const auto between = [&](const std::vector<size_t> &a, const std::vector<size_t> &b) {
-    Apart most;
+    CameraDistance most;
     for (const size_t i : a)
-      for (const size_t k : b) most = std::max(most, apart(seen[i], seen[k]));
+      for (const size_t k : b) most = std::max(most, distance_of(seen[i], seen[k]));
     return most;
   };
   while (sets.size() > std::max<size_t>(count, 1)) {
     std::pair<size_t, size_t> nearest = {0, 1};
-    Apart least = between(sets[0], sets[1]);
+    CameraDistance least = between(sets[0], sets[1]);
     for (size_t i = 0; i < sets.size(); i++)
       for (size_t k = i + 1; k < sets.size(); k++) {
-        const Apart found = between(sets[i], sets[k]);
+        const CameraDistance found = between(sets[i], sets[k]);
         if (found < least) std::tie(least, nearest) = std::make_tuple(found, std::make_pair(i, k));
       }
     std::vector<size_t> &set = sets[nearest.first], &other = sets[nearest.second];
