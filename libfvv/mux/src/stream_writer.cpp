@@ -100,7 +100,7 @@ fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
   }
 }
 
-StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here, Nominal known)
+StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here, NominalRates known)
     : plan(chosen), sink(out_of_here), nominal(std::move(known)), sound_bytes(chosen.sounds.size()),
       writer(nullptr, fvv_writer_destroy) {
   check_groups();

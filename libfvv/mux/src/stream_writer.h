@@ -54,7 +54,7 @@ constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibratio
 constexpr uint16_t last_track = colour_track;
 
 // For TRAK, by track identifier.
-struct Nominal {
+struct NominalRates {
   std::map<uint16_t, double> rates; // bits a second
   std::map<uint16_t, double> sizes; // faces of a mesh
 };
@@ -63,9 +63,9 @@ struct Nominal {
 class StreamWriter {
 public:
   // Writes file header and configuration. plan and sink are borrowed.
-  StreamWriter(const Plan &plan, const Sink &sink, Nominal nominal = {});
+  StreamWriter(const Plan &plan, const Sink &sink, NominalRates nominal = {});
 
-  const Nominal &nominal_values() const { return nominal; }
+  const NominalRates &nominal_values() const { return nominal; }
 
   // Before the first group: its number, as if the groups before it had been written.
   void join(size_t group);
@@ -116,7 +116,7 @@ private:
 
   const Plan &plan;
   const Sink &sink;
-  const Nominal nominal;
+  const NominalRates nominal;
   std::exception_ptr failure; // of sink
   fvv_diagnostic diagnostic = {};
   std::optional<MovingCameras> moving;

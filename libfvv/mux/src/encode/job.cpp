@@ -100,7 +100,7 @@ public:
   }
 
   // Everything is chosen, and begin() has been called in another job.
-  void join(const Nominal &nominal, size_t group) {
+  void join(const NominalRates &nominal, size_t group) {
     pieces.clear();
     group_of.clear();
     for (std::promise<void> &promise : promises) promise.set_value();
@@ -110,7 +110,7 @@ public:
     first_written = group;
   }
 
-  const Nominal &nominal() const { return writer->nominal_values(); }
+  const NominalRates &nominal() const { return writer->nominal_values(); }
 
   // Encodes and writes all groups of the plan.
   void run() {
@@ -324,8 +324,8 @@ private:
 
   // Of a ladder, so that a reader can tell what a rung takes: what pictures were to take, or took when their
   // quality was chosen, and what all else takes in the first group.
-  Nominal nominal_of(const Group &first) const {
-    Nominal nominal;
+  NominalRates nominal_of(const Group &first) const {
+    NominalRates nominal;
     if (plan.options.ladder.empty()) return nominal;
     const fvv_rational &duration = plan.capture.frame_duration;
     const double per_second = double(duration.denominator) / duration.numerator / double(plan.groups[0].end);
@@ -464,7 +464,7 @@ private:
 
 Job::Job(Summary &summary, const Sink &sink) : state(std::make_unique<State>(summary, sink)) {}
 
-Job::Job(Summary &summary, const Sink &sink, const Nominal &nominal, size_t group) : Job(summary, sink) {
+Job::Job(Summary &summary, const Sink &sink, const NominalRates &nominal, size_t group) : Job(summary, sink) {
   state->join(nominal, group);
 }
 
@@ -478,7 +478,7 @@ void Job::run_group(size_t group) {
   state->run_group(group);
 }
 
-const Nominal &Job::nominal() const {
+const NominalRates &Job::nominal() const {
   return state->nominal();
 }
 

@@ -17,7 +17,7 @@ public:
   Job(Summary &summary, const Sink &sink);
   // For one group of a plan in which nothing is open. Writes file header and configuration. nominal: of the
   // job that wrote the first group.
-  Job(Summary &summary, const Sink &sink, const Nominal &nominal, size_t group);
+  Job(Summary &summary, const Sink &sink, const NominalRates &nominal, size_t group);
   ~Job();
 
   // All groups of the plan.
@@ -25,7 +25,7 @@ public:
   // One group, the next one.
   void run_group(size_t group);
   // What the configuration says; a group is written.
-  const Nominal &nominal() const;
+  const NominalRates &nominal() const;
   // Writes index and footer and completes the summary. start: of the whole run.
   void finish(std::chrono::steady_clock::time_point start);
 

@@ -204,7 +204,7 @@ struct Fields {
     auto &[first, count, step, left_out] = v;
     a(first, count, step, left_out);
   }
-  template <class A> static void of(A &a, Nominal &v) {
+  template <class A> static void of(A &a, NominalRates &v) {
     auto &[rates, sizes] = v;
     a(rates, sizes);
   }

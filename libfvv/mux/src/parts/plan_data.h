@@ -13,7 +13,7 @@ namespace fvv::mux {
 
 struct PlanData {
   Plan plan;                         // of a capture on disk; its first group has decided what was open
-  Nominal nominal;                   // by the first group
+  NominalRates nominal;              // by the first group
   std::string capture;               // the bytes of capture.json
   std::vector<std::string> warnings; // of planning
 };
