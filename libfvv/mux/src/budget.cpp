@@ -233,8 +233,8 @@ std::string budget_text(const Plan &plan, double times) {
   return plan.error.is_length ? length_text(plan, value) : fvv::format("%g px", value);
 }
 
-Vanished vanished(const geometry::Mesh &mesh, const geometry::Lattice &lattice, uint32_t min_component,
-                  bool decimated) {
+QuantisationLoss quantisation_loss(const geometry::Mesh &mesh, const geometry::Lattice &lattice,
+                                   uint32_t min_component, bool decimated) {
   geometry::Mesh points = mesh; // as whole numbers, of which areas are exact
   for (size_t i = 0; i < points.positions.size(); i++)
     points.positions[i] = std::nearbyint((mesh.positions[i] - lattice.origin[i % 3]) / lattice.step);
@@ -244,7 +244,7 @@ Vanished vanished(const geometry::Mesh &mesh, const geometry::Lattice &lattice, 
     whole += area;
     if (!(decimate::face_area(points, f) > 0)) lost += area;
   }
-  Vanished out;
+  QuantisationLoss out;
   if (!(lost > 0)) return out;
   out.share = lost / whole;
   if (decimated) return out;

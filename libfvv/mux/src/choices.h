@@ -43,14 +43,14 @@ decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tilin
 std::string budget_text(const Plan &plan, double times = 1);
 
 // What rounding to the lattice takes away of a mesh.
-struct Vanished {
+struct QuantisationLoss {
   double share = 0;      // of the area: of faces that have none on the lattice
   decimate::Lost pieces; // of which no face is left, but for those below --min-component
 };
 // decimated: pieces are in its report then.
-Vanished vanished(const geometry::Mesh &mesh, const geometry::Lattice &lattice, uint32_t min_component,
-                  bool decimated);
-constexpr double most_vanished = 0.01; // more is a loss that is reported
+QuantisationLoss quantisation_loss(const geometry::Mesh &mesh, const geometry::Lattice &lattice,
+                                   uint32_t min_component, bool decimated);
+constexpr double most_quantisation_loss = 0.01; // more is a loss that is reported
 
 // By the option; for automatic, by how many vertices of the first frame's source lie on hard edges: their own
 // faces have their normal, but all faces around their point, from which players compute it, do not. Fails if

@@ -203,7 +203,7 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
   MeshFrame frame;
   frame.source = source.report;
   frame.decimation = source.decimation;
-  frame.vanished = source.vanished;
+  frame.loss = source.loss;
   OwnedMesh holder;
   canonicalise(plan, i, source, holder, frame.report);
   OwnedBytes payload;
@@ -230,7 +230,7 @@ public:
     Later next;
     next.source = candidate.report;
     next.decimation = candidate.decimation;
-    next.vanished = candidate.vanished;
+    next.loss = candidate.loss;
     const size_t i = first + size();
     const geometry::Mesh &mesh = candidate.mesh;
     const std::optional<std::vector<uint32_t>> there = same_connectivity(source.mesh, mesh);
@@ -263,7 +263,7 @@ public:
     std::vector<MeshFrame> frames(1);
     frames[0].source = source.report;
     frames[0].decimation = source.decimation;
-    frames[0].vanished = source.vanished;
+    frames[0].loss = source.loss;
     frames[0].report.struct_size = sizeof frames[0].report;
     fvv_diagnostic diagnostic = {};
     OwnedMesh mesh, decoded;
@@ -288,7 +288,7 @@ private:
   struct Later {
     scene::MeshReport source;
     std::optional<decimate::Report> decimation;
-    Vanished vanished;
+    QuantisationLoss loss;
     std::vector<int32_t> lattice; // in the order of the first frame's vertices
     std::vector<uint32_t> order;  // vertex of the first frame -> vertex of this one
     double rounding = 0;          // metres, by which the lattice differs from the file
@@ -333,7 +333,7 @@ private:
       frame.faces = frames[0].faces;
       frame.source = loaded[i].source;
       frame.decimation = loaded[i].decimation;
-      frame.vanished = loaded[i].vanished;
+      frame.loss = loaded[i].loss;
       frame.report = frames[0].report;
       frame.report.max_error = loaded[i].rounding + off * plan.lattice.lattice.step;
       frame.payload = payload.copy();
@@ -363,8 +363,8 @@ Source load_source(const Plan &plan, const MeshTrack &track, size_t i) {
   Source source;
   source.mesh = track.geometry->load(i, &source.report, source.decimation);
   check_normals(plan, i, source.mesh);
-  source.vanished =
-      vanished(source.mesh, plan.lattice.lattice, plan.options.min_component, source.decimation.has_value());
+  source.loss = quantisation_loss(source.mesh, plan.lattice.lattice, plan.options.min_component,
+                                  source.decimation.has_value());
   return source;
 }
 

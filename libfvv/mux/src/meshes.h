@@ -113,7 +113,7 @@ struct MeshFrame {
   uint32_t faces = 0; // that decoders have
   scene::MeshReport source;
   std::optional<decimate::Report> decimation; // when the plan is to decimate
-  Vanished vanished;                          // of what was decimated
+  QuantisationLoss loss;                      // of what was decimated
   fvv_mesh_report report = {};
   // In a run of frames with the same connectivity: for each vertex of the decoded mesh, which vertex of the
   // frame's source it is. Otherwise nothing.
@@ -126,7 +126,7 @@ struct Source {
   geometry::Mesh mesh;
   scene::MeshReport report;
   std::optional<decimate::Report> decimation;
-  Vanished vanished;
+  QuantisationLoss loss;
 };
 Source load_source(const Plan &plan, const MeshTrack &track, size_t i);
 // Throws Error if the mesh of frame i lacks normals that are to be sent.

@@ -35,12 +35,13 @@ bool warn_of_losses(const Plan &plan, const std::string &name, double times, con
 }
 
 // The same for what rounding to the lattice took away. frame: its number in file names.
-bool warn_of_vanished(const Plan &plan, const MeshTrack &track, int64_t frame, const Vanished &vanished) {
-  const decimate::Lost &pieces = vanished.pieces;
-  if (!(vanished.share > most_vanished) && !pieces.pieces) return false;
+bool warn_of_quantisation(const Plan &plan, const MeshTrack &track, int64_t frame,
+                          const QuantisationLoss &loss) {
+  const decimate::Lost &pieces = loss.pieces;
+  if (!(loss.share > most_quantisation_loss) && !pieces.pieces) return false;
   const std::string what =
-      vanished.share > most_vanished
-          ? fvv::format("faces with %.3g %% of the area vanish", 100 * vanished.share)
+      loss.share > most_quantisation_loss
+          ? fvv::format("faces with %.3g %% of the area vanish", 100 * loss.share)
           : std::to_string(pieces.pieces) + (pieces.pieces == 1 ? " piece of " : " pieces of ") +
                 area_text(plan, pieces.area) + (pieces.pieces == 1 ? " vanishes" : " together vanish");
   plan.observer.warn(plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": " +
@@ -370,7 +371,7 @@ private:
     if (plan.options.verify)
       summary.origins[track].push_back({std::move(mesh.origins), mesh.report.flipped_faces});
     const int64_t number = plan.capture.frames.number(int64_t(frame));
-    if (warn_of_vanished(plan, of, number, mesh.vanished)) plan.warned = true;
+    if (warn_of_quantisation(plan, of, number, mesh.loss)) plan.warned = true;
     if (!mesh.decimation) return;
     sums.decimation.add(*mesh.decimation);
     if (of.rung) return; // more is lost there: one warning for all frames
