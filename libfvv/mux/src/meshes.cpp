@@ -81,32 +81,32 @@ double share_of_runs(const scene::Capture &capture) {
   return looked_at > 0 ? double(same) / double(looked_at) : 0;
 }
 
-Geometry::Geometry(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiles)
+MeshLoader::MeshLoader(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiles)
     : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups), tracked(plan.tracked),
       normals(plan.normals.bits != 0) {}
 
-void Geometry::forget(size_t group) {
+void MeshLoader::forget(size_t group) {
   const std::lock_guard<std::mutex> lock(mutex);
   groups.erase(group);
 }
 
-std::shared_ptr<Geometry::Group> Geometry::group_at(size_t index) const {
+std::shared_ptr<MeshLoader::Group> MeshLoader::group_at(size_t index) const {
   const std::lock_guard<std::mutex> lock(mutex);
   std::shared_ptr<Group> &group = groups[index];
   if (!group) group = std::make_shared<Group>();
   return group;
 }
 
-geometry::Mesh Geometry::source(size_t i, scene::MeshReport *report) const {
+geometry::Mesh MeshLoader::source(size_t i, scene::MeshReport *report) const {
   return frame_mesh(capture, capture.frames.number(int64_t(i)), report, normals);
 }
 
-decimate::Footprint Geometry::cameras(size_t i) const {
+decimate::Footprint MeshLoader::cameras(size_t i) const {
   return footprint(capture, tiling, capture.frames.number(int64_t(i)), choice.is_length);
 }
 
-void Geometry::add_run(Group &group, size_t group_first, size_t first,
-                       std::vector<std::vector<uint32_t>> orders) const {
+void MeshLoader::add_run(Group &group, size_t group_first, size_t first,
+                         std::vector<std::vector<uint32_t>> orders) const {
   if (orders.size() < 2) return;
   const auto mesh = [this, first, &orders](size_t i) {
     return orders[i].empty() ? source(first + i) : reordered(source(first + i), orders[i], source(first));
@@ -118,7 +118,7 @@ void Geometry::add_run(Group &group, size_t group_first, size_t first,
   group.runs.push_back({first, std::move(run), std::move(orders)});
 }
 
-void Geometry::find_runs(Group &group, size_t first, size_t count) const {
+void MeshLoader::find_runs(Group &group, size_t first, size_t count) const {
   group.run_of.assign(count, SIZE_MAX);
   if (!tracked) return;
   const size_t last = first + count;
@@ -142,8 +142,8 @@ void Geometry::find_runs(Group &group, size_t first, size_t count) const {
   add_run(group, first, begin, std::move(orders));
 }
 
-geometry::Mesh Geometry::load(size_t i, scene::MeshReport *report,
-                              std::optional<decimate::Report> &decimation) const {
+geometry::Mesh MeshLoader::load(size_t i, scene::MeshReport *report,
+                                std::optional<decimate::Report> &decimation) const {
   geometry::Mesh mesh = source(i, report);
   if (!choice.on) return mesh;
   const auto after = std::upper_bound(spans.begin(), spans.end(), i,
@@ -361,7 +361,7 @@ void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh) {
 
 Source load_source(const Plan &plan, const MeshTrack &track, size_t i) {
   Source source;
-  source.mesh = track.geometry->load(i, &source.report, source.decimation);
+  source.mesh = track.loader->load(i, &source.report, source.decimation);
   check_normals(plan, i, source.mesh);
   source.loss = quantisation_loss(source.mesh, plan.lattice.lattice, plan.options.min_component,
                                   source.decimation.has_value());

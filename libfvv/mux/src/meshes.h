@@ -61,10 +61,10 @@ double share_of_runs(const scene::Capture &capture);
 // have the same faces after decimation, in the order of the first one's vertices: they could not be coded as
 // motion otherwise. All else is decimated frame by frame. What a frame becomes depends on the frames of its
 // group alone, whatever is asked first.
-class Geometry {
+class MeshLoader {
 public:
   // plan: what it says of capture and meshes is chosen. tiling: of the cameras.
-  Geometry(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiling);
+  MeshLoader(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiling);
 
   // Loads frame i (counted from 0). report may be NULL; decimation is filled when the choice is to decimate.
   // Several threads may call it. Throws Error.

@@ -296,7 +296,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     track.lattice = plan.lattice;
     track.decimation =
         choose_decimation(options, plan.capture, cameras, plan.error, plan.lattice, plan.normals);
-    track.geometry = std::make_shared<Geometry>(plan, track.decimation, cameras);
+    track.loader = std::make_shared<MeshLoader>(plan, track.decimation, cameras);
     track.id = mesh_track;
     track.visibility = visibility_track;
     track.colours = colour_track;
@@ -404,7 +404,7 @@ uint32_t group_size_of(const Options &options, const fvv_rational &frame_duratio
 void extend_plan(Plan &plan, const GroupSpan &group) {
   plan.capture.frames.count += int64_t(group.count);
   plan.groups.push_back(group);
-  for (const MeshTrack &track : plan.meshes) track.geometry->extend(plan);
+  for (const MeshTrack &track : plan.meshes) track.loader->extend(plan);
   if (plan.crop.on) lay_out_group(plan, silhouettes(plan, plan.whole.cameras, plan.group_count() - 1));
 }
 

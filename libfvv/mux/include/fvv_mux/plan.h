@@ -172,7 +172,7 @@ struct VideoTrack {
   }
 };
 
-class Geometry; // meshes.h
+class MeshLoader; // meshes.h
 
 // The meshes of the first rung or, with a larger error, those of a lower one. Rungs without meshes of their
 // own take those of the next better one. Visibility and colours belong to one mesh track.
@@ -181,7 +181,7 @@ struct MeshTrack {
   double times = 1;      // the plan's error
   LatticeChoice lattice; // that of the plan, with the error of these delta frames
   DecimationChoice decimation;
-  std::shared_ptr<Geometry> geometry;           // where they come from
+  std::shared_ptr<MeshLoader> loader;           // where they come from
   uint16_t id = 0, visibility = 0, colours = 0; // of its tracks in the stream
   // Of a lower rung, decided by the first group: is it sent, and which share of the bytes of its rung it
   // saves there.

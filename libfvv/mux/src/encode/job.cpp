@@ -440,7 +440,7 @@ private:
     write_sound_before(plan.groups[index].end);
     writer->end_group();
     for (const MeshTrack &track : plan.meshes)
-      if (!plan.options.verify || !track.sent) track.geometry->forget(index);
+      if (!plan.options.verify || !track.sent) track.loader->forget(index);
     const media::VideoCodec &codec = *media::find_video_codec(plan.options.codec);
     for (size_t track = 0; track < plan.tracks.size(); track++)
       if (!plan.tracks[track].encoded)

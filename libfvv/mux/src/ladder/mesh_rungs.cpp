@@ -50,7 +50,7 @@ void add_mesh_rungs(Plan &plan, const Tiling &tiling) {
       plan.shares_meshes = track.decimation.reason;
       continue;
     }
-    track.geometry = std::make_shared<Geometry>(plan, track.decimation, tiling);
+    track.loader = std::make_shared<MeshLoader>(plan, track.decimation, tiling);
     track.id = next++;
     track.visibility = next++;
     track.colours = next++;

@@ -360,7 +360,7 @@ void complete(PlanData &data, const std::string &path) {
     plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, plan.options.undistort_alpha);
   if (plan.match.on) plan.match.tables = gain_tables(plan.match, plan.capture.cameras.size());
   for (MeshTrack &track : plan.meshes)
-    track.geometry = std::make_shared<Geometry>(plan, track.decimation, plan.whole);
+    track.loader = std::make_shared<MeshLoader>(plan, track.decimation, plan.whole);
 }
 
 } // namespace
