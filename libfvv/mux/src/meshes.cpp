@@ -181,7 +181,7 @@ fvv_mesh_source borrow(const geometry::Mesh &mesh) {
           mesh.normals.empty() ? nullptr : mesh.normals.data()};
 }
 
-fvv_mesh_options options_of(const Plan &plan, const Source &source) {
+fvv_mesh_options options_of(const Plan &plan, const PreparedMesh &source) {
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
   std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);
@@ -193,13 +193,13 @@ fvv_mesh_options options_of(const Plan &plan, const Source &source) {
   return options;
 }
 
-void report_specks(const Source &source, fvv_mesh_report &report) {
+void report_specks(const PreparedMesh &source, fvv_mesh_report &report) {
   if (!source.decimation) return;
   report.dropped_components = uint32_t(source.decimation->dropped_pieces);
   report.dropped_component_faces = uint32_t(source.decimation->dropped_faces);
 }
 
-MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
+MeshFrame encode_alone(const Plan &plan, size_t i, const PreparedMesh &source) {
   MeshFrame frame;
   frame.source = source.report;
   frame.decimation = source.decimation;
@@ -220,13 +220,13 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
 class Run {
 public:
   // Of one frame.
-  Run(const Plan &chosen, const MeshTrack &of, size_t i, Source &&begin)
+  Run(const Plan &chosen, const MeshTrack &of, size_t i, PreparedMesh &&begin)
       : plan(chosen), track(of), first(i), loaded(1), source(std::move(begin)) {}
 
   size_t size() const { return loaded.size(); }
 
   // Takes frame first + size() when it belongs to the run.
-  bool extend(const Source &candidate) {
+  bool extend(const PreparedMesh &candidate) {
     Later next;
     next.source = candidate.report;
     next.decimation = candidate.decimation;
@@ -348,7 +348,7 @@ private:
   const MeshTrack &track;
   size_t first;
   std::vector<Later> loaded; // of the first frame nothing
-  Source source;
+  PreparedMesh source;
 };
 
 } // namespace
@@ -359,8 +359,8 @@ void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh) {
                 "none (--normals never sends none)");
 }
 
-Source load_source(const Plan &plan, const MeshTrack &track, size_t i) {
-  Source source;
+PreparedMesh prepare_mesh(const Plan &plan, const MeshTrack &track, size_t i) {
+  PreparedMesh source;
   source.mesh = track.loader->load(i, &source.report, source.decimation);
   check_normals(plan, i, source.mesh);
   source.loss = quantisation_loss(source.mesh, plan.lattice.lattice, plan.options.min_component,
@@ -368,7 +368,8 @@ Source load_source(const Plan &plan, const MeshTrack &track, size_t i) {
   return source;
 }
 
-void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &mesh, fvv_mesh_report &report) {
+void canonicalise(const Plan &plan, size_t i, const PreparedMesh &source, fvv_mesh &mesh,
+                  fvv_mesh_report &report) {
   const fvv_mesh_source borrowed = borrow(source.mesh);
   const fvv_mesh_options options = options_of(plan, source);
   report.struct_size = sizeof report;
@@ -382,17 +383,17 @@ namespace {
 
 std::vector<MeshFrame> encode_in_turn(const Plan &plan, const MeshTrack &track, size_t first, size_t count) {
   std::vector<MeshFrame> frames;
-  std::optional<Source> next; // of the frame behind those in frames, when it was looked at already
+  std::optional<PreparedMesh> next; // of the frame behind those in frames, when it was looked at already
   while (frames.size() < count) {
     const size_t begin = first + frames.size();
     if (!plan.has_mesh(begin)) {
       frames.emplace_back();
       continue;
     }
-    Run run(plan, track, begin, next ? std::move(*next) : load_source(plan, track, begin));
+    Run run(plan, track, begin, next ? std::move(*next) : prepare_mesh(plan, track, begin));
     for (next.reset(); begin + run.size() < first + count && plan.has_mesh(begin + run.size());
          next.reset()) {
-      next = load_source(plan, track, begin + run.size());
+      next = prepare_mesh(plan, track, begin + run.size());
       if (!run.extend(*next)) break;
     }
     std::vector<MeshFrame> coded = run.encode();

@@ -122,18 +122,19 @@ struct MeshFrame {
 
 // The mesh of frame i (counted from 0), decimated when that is the plan: what a track is to have. Failures
 // name file, frame and element, as those of all that follow.
-struct Source {
+struct PreparedMesh {
   geometry::Mesh mesh;
   scene::MeshReport report;
   std::optional<decimate::Report> decimation;
   QuantisationLoss loss;
 };
-Source load_source(const Plan &plan, const MeshTrack &track, size_t i);
+PreparedMesh prepare_mesh(const Plan &plan, const MeshTrack &track, size_t i);
 // Throws Error if the mesh of frame i lacks normals that are to be sent.
 void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh);
 
 // Brings it onto the lattice.
-void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &mesh, fvv_mesh_report &report);
+void canonicalise(const Plan &plan, size_t i, const PreparedMesh &source, fvv_mesh &mesh,
+                  fvv_mesh_report &report);
 
 // Frames first ... first + count - 1 of one group, for one track. Neighbours with the same connectivity
 // become a run of a key frame and delta frames behind it; a run ends early, and another begins, where a delta

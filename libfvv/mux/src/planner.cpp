@@ -120,7 +120,7 @@ void read_frame(const Plan &plan, int64_t number) {
 void place_frame(const Plan &plan, size_t i) {
   if (!plan.has_mesh(i)) return;
   const int64_t number = plan.capture.frames.number(int64_t(i));
-  Source source;
+  PreparedMesh source;
   source.mesh = frame_mesh(plan.capture, number, nullptr, plan.normals.bits != 0);
   check_normals(plan, i, source.mesh);
   OwnedMesh holder;

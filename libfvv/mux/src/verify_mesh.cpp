@@ -98,7 +98,7 @@ std::vector<std::array<Corner, 3>> sorted_triangles(const fvv_mesh &mesh) {
   return triangles;
 }
 
-MeshVerdict verify_alone(const Plan &plan, size_t frame, const Source &from, const fvv_mesh &decoded) {
+MeshVerdict verify_alone(const Plan &plan, size_t frame, const PreparedMesh &from, const fvv_mesh &decoded) {
   OwnedMesh expected;
   fvv_mesh_report unused;
   canonicalise(plan, frame, from, expected, unused);
@@ -223,7 +223,7 @@ MeshVerdict verify_mesh(const Plan &plan, const MeshTrack &track, size_t frame, 
   if (decoded.normal_bits != plan.normals.bits)
     throw MeshMismatch("the decoded mesh has normals of " + std::to_string(decoded.normal_bits) +
                        " bits, expected " + std::to_string(plan.normals.bits));
-  const Source source = load_source(plan, track, frame);
+  const PreparedMesh source = prepare_mesh(plan, track, frame);
   return origins.vertices ? verify_run(plan, track, source.mesh, decoded, origins)
                           : verify_alone(plan, frame, source, decoded);
 }
