@@ -122,15 +122,15 @@ ErrorBudget choose_budget(const Options &options, const scene::Capture &capture,
   return error;
 }
 
-void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool tracked) {
+void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool has_constant_topology) {
   const double pixel = error.nearest.metres_per_pixel;
   const double allowed = error.is_length ? error.value : error.value * pixel;
-  choice.delta_error = tracked ? steps_within(allowed, choice.lattice.step) : 0;
+  choice.delta_error = has_constant_topology ? steps_within(allowed, choice.lattice.step) : 0;
   choice.pixels = std::isfinite(pixel) ? choice.error() / pixel : 0;
 }
 
 LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const ErrorBudget &error,
-                             bool tracked, double delta_frames) {
+                             bool has_constant_topology, double delta_frames) {
   // A lattice of a fifth of the step costs a key 7 bits a vertex, one of a third 5; each saves a delta frame
   // about 2.
   constexpr double many = 6, some = 1;
@@ -171,7 +171,7 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
                   unit_of(capture) + " from the first mesh";
   }
   if (!capture.lattice) place_origin(mesh, choice.lattice);
-  allow_error(choice, error, tracked);
+  allow_error(choice, error, has_constant_topology);
   return choice;
 }
 

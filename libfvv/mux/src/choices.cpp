@@ -366,12 +366,12 @@ ColourChoice choose_colours(const Plan &plan) {
     choice.on = true;
     const geometry::Mesh mesh = frame_mesh(capture, capture.mesh_frames().front());
     const double area = area_of(mesh);
-    const double cells = options.colour_cells ? options.colour_cells
-                         : plan.tracked       ? cells_of_runs
-                                              : cells_of_each;
+    const double cells = options.colour_cells         ? options.colour_cells
+                         : plan.has_constant_topology ? cells_of_runs
+                                                      : cells_of_each;
     const double side = std::sqrt(cells_of_area * area / cells) / plan.lattice.lattice.step;
     choice.cell_size = uint32_t(std::clamp(side, 1.0, double(FVV_COLOURS_MAX_CELL)));
-    choice.step = plan.tracked ? step_of_runs : step_of_each;
+    choice.step = plan.has_constant_topology ? step_of_runs : step_of_each;
     choice.reason =
         fvv::format("cells of %s, about %g on the first mesh",
                     length_text(plan, choice.cell_size * plan.lattice.lattice.step).c_str(), cells);

@@ -20,12 +20,12 @@ ErrorBudget choose_budget(const Options &options, const scene::Capture &capture,
 
 // By the option, the capture, or the budget. capture as in the plan. delta_frames: how
 // many follow a key frame on average; they take fewest bytes on a lattice finer than the error allowed, for
-// which the key frame pays. tracked: there are some at all.
+// which the key frame pays. has_constant_topology: there are some at all.
 LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const ErrorBudget &error,
-                             bool tracked, double delta_frames);
+                             bool has_constant_topology, double delta_frames);
 
-// The error that delta frames may have on a lattice, within a budget. tracked: likewise.
-void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool tracked);
+// The error that delta frames may have on a lattice, within a budget. has_constant_topology: likewise.
+void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool has_constant_topology);
 
 // Warns when the lattice was given and errs by more than a budget that was given too. Returns whether it did.
 bool warn_of_lattice(const Plan &plan);

@@ -68,7 +68,7 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
   return out;
 }
 
-double share_of_runs(const scene::Capture &capture) {
+double constant_topology_fraction(const scene::Capture &capture) {
   constexpr int64_t most = 8; // pairs
   const std::vector<int64_t> numbers = capture.mesh_frames();
   const int64_t pairs = int64_t(numbers.size()) - 1, looked_at = std::min(most, pairs);
@@ -82,8 +82,8 @@ double share_of_runs(const scene::Capture &capture) {
 }
 
 MeshLoader::MeshLoader(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiles)
-    : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups), tracked(plan.tracked),
-      normals(plan.normals.bits != 0) {}
+    : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups),
+      has_constant_topology(plan.has_constant_topology), normals(plan.normals.bits != 0) {}
 
 void MeshLoader::forget(size_t group) {
   const std::lock_guard<std::mutex> lock(mutex);
@@ -120,7 +120,7 @@ void MeshLoader::add_run(Group &group, size_t group_first, size_t first,
 
 void MeshLoader::find_runs(Group &group, size_t first, size_t count) const {
   group.run_of.assign(count, SIZE_MAX);
-  if (!tracked) return;
+  if (!has_constant_topology) return;
   const size_t last = first + count;
   size_t begin = first; // only before its first mesh has a group frames without one
   while (begin < last && !capture.has_mesh(capture.frames.number(int64_t(begin)))) begin++;

@@ -53,9 +53,9 @@ std::optional<std::vector<uint32_t>> same_connectivity(const geometry::Mesh &a, 
 geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t> &order,
                          const geometry::Mesh &like);
 
-// Of some pairs of neighbouring frames, evenly over the capture, the share that has the same connectivity.
+// Of some pairs of neighbouring frames, evenly over the capture, the fraction that has the same connectivity.
 // Frames without a mesh do not count.
-double share_of_runs(const scene::Capture &capture);
+double constant_topology_fraction(const scene::Capture &capture);
 
 // Frames of a group that follow each other and have the same connectivity (connectivity.h) are a run, and
 // have the same faces after decimation, in the order of the first one's vertices: they could not be coded as
@@ -102,8 +102,8 @@ private:
   const Tiling tiling;
   const DecimationChoice choice;
   std::vector<GroupSpan> spans;
-  const bool tracked, normals; // without it no runs are searched; reads normals
-  mutable std::mutex mutex;    // of groups
+  const bool has_constant_topology, normals; // without it no runs are searched; reads normals
+  mutable std::mutex mutex;                  // of groups
   mutable std::map<size_t, std::shared_ptr<Group>> groups;
 };
 

@@ -284,10 +284,10 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     append(cameras.cameras, track.tiling.cameras);
     append(cameras.tiles, track.tiling.tiles);
   }
-  const double shared = options.delta && plan.has_meshes() ? share_of_runs(plan.capture) : 0;
-  plan.tracked = shared > 0;
+  const double shared = options.delta && plan.has_meshes() ? constant_topology_fraction(plan.capture) : 0;
+  plan.has_constant_topology = shared > 0;
   plan.error = choose_budget(options, plan.capture, cameras);
-  plan.lattice = choose_lattice(options, plan.capture, plan.error, plan.tracked,
+  plan.lattice = choose_lattice(options, plan.capture, plan.error, plan.has_constant_topology,
                                 std::min(shared / (1 - shared), plan.group_size - 1.0));
   plan.warned = warn_of_lattice(plan) || plan.warned;
   plan.normals = choose_normals(options, plan.capture);

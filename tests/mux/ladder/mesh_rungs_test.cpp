@@ -65,7 +65,7 @@ TEST_CASE("lower rungs have coarser meshes, with visibility and colours of their
   const Folder folder;
   const FileOptions options = dense(folder, tracked);
   const mux::Summary summary = mux_file(options); // verifies
-  CHECK(summary.plan.tracked == tracked);
+  CHECK(summary.plan.has_constant_topology == tracked);
   CHECK((summary.delta.chunks > 0) == tracked);
   REQUIRE(summary.plan.meshes.size() == 3);
   CHECK(summary.plan.meshes[2].times == 4);

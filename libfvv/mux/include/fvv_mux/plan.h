@@ -224,7 +224,8 @@ struct Plan {
   uint32_t group_size = 1; // ticks, at most
   std::vector<GroupSpan> groups;
   std::vector<BadFrame> bad; // by rising number
-  bool tracked = false;      // some frames have the faces of the one before: groups may have delta frames
+  // Some frames have the faces of the one before: groups may have delta frames.
+  bool has_constant_topology = false;
   ErrorBudget error;
   LatticeChoice lattice;
   std::vector<MeshTrack> meshes; // if there are some: of the first rung, and of lower ones in order

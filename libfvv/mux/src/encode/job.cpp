@@ -221,7 +221,7 @@ private:
   void list_meshes(size_t group, size_t track = 0) {
     if (!plan.has_meshes() || group >= plan.group_count()) return;
     const size_t first = plan.first_of(group), count = plan.frames_of(group);
-    const size_t together = plan.tracked ? count : 1; // delta frames know those before them
+    const size_t together = plan.has_constant_topology ? count : 1; // delta frames know those before them
     for (size_t i = 0; i < count; i += together) add(Kind::mesh, group, track, first + i, together);
   }
 

@@ -20,7 +20,7 @@ MeshTrack coarser(const Plan &plan, const Tiling &tiling, size_t rung) {
   ErrorBudget error = plan.error;
   error.value *= track.times;
   track.lattice = plan.lattice;
-  allow_error(track.lattice, error, plan.tracked);
+  allow_error(track.lattice, error, plan.has_constant_topology);
   Options options = plan.options;
   // The error of a smooth surface falls as the area of its triangles does.
   if (options.triangles)

@@ -210,12 +210,12 @@ struct Fields {
   }
   // Of the capture, what files say; sources are for a summary alone.
   template <class A> static void of(A &a, Plan &v) {
-    auto &[options, observer, capture, group_size, groups, bad, tracked, error, lattice, meshes,
+    auto &[options, observer, capture, group_size, groups, bad, has_constant_topology, error, lattice, meshes,
            shares_meshes, normals, winding, texture_bits, tracks, videos, sources, warned, crop, whole,
            visibility, match, inset, colours, undistortion, background, sounds, frame_limit] = v;
-    a(options, capture.frames, capture.empty, group_size, groups, bad, tracked, error, lattice, meshes,
-      shares_meshes, normals, winding, texture_bits, tracks, warned, crop, whole, visibility, match, inset,
-      colours, background, sounds, frame_limit);
+    a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, error, lattice,
+      meshes, shares_meshes, normals, winding, texture_bits, tracks, warned, crop, whole, visibility, match,
+      inset, colours, background, sounds, frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
     auto &[plan, nominal, capture, warnings] = v;
