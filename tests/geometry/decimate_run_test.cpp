@@ -3,7 +3,7 @@
 
 using namespace shapes;
 using decimate::Frames;
-using decimate::Run;
+using decimate::TopologyRun;
 
 namespace {
 
@@ -21,7 +21,7 @@ Frames frames_of(size_t count, const std::function<Mesh(size_t)> &mesh) {
 } // namespace
 
 TEST_CASE("a run has the same faces and source vertices in every frame, each within the budget") {
-  const Run run(frames_of(5, stretched), budget(2), 0.02);
+  const TopologyRun run(frames_of(5, stretched), budget(2), 0.02);
   const decimate::Decimated first = run.apply(stretched(0), 0);
   CHECK(first.report.faces_after < 3000);
   for (size_t i = 0; i < 5; i++) {
@@ -44,9 +44,9 @@ TEST_CASE("a later frame decides when it needs more triangles") {
       return 0.04 * double(frame) * std::sin(6 * x) * std::cos(5 * y);
     });
   };
-  const Run still(frames_of(2, [&](size_t) { return bent(0); }), budget(1), 0.01);
+  const TopologyRun still(frames_of(2, [&](size_t) { return bent(0); }), budget(1), 0.01);
   const size_t flat = still.apply(bent(0), 0).report.faces_after;
-  const Run moving(frames_of(4, bent), budget(1), 0.01);
+  const TopologyRun moving(frames_of(4, bent), budget(1), 0.01);
   for (size_t i = 0; i < 4; i++) {
     const decimate::Decimated out = moving.apply(bent(i), i);
     CHECK((out.report.kept || out.report.error.rms_pixels <= 1));
@@ -62,7 +62,7 @@ TEST_CASE("vertices that touch in the first frame only are not joined") {
     const Mesh upper = sheet(12, false, [&](double, double) { return 0.02 * double(frame); });
     return together(lower, upper);
   };
-  const Run run(frames_of(2, pair), budget(1), 0.005);
+  const TopologyRun run(frames_of(2, pair), budget(1), 0.005);
   const decimate::Decimated out = run.apply(pair(1), 1);
   for (size_t f = 0; f < out.mesh.face_count(); f++) {
     double z[3];
@@ -75,7 +75,7 @@ TEST_CASE("with a number of triangles, what a frame loses is counted for that fr
   // Far more is asked than the budget in pixels allows: all frames have places beyond it.
   decimate::Budget wanted = budget(2);
   wanted.triangles = 20;
-  const Run run(frames_of(4, [](size_t) { return stretched(0); }), wanted, 0);
+  const TopologyRun run(frames_of(4, [](size_t) { return stretched(0); }), wanted, 0);
   const double lost = run.apply(stretched(0), 0).report.thin_area;
   CHECK(lost > 0);
   for (size_t i = 1; i < 4; i++) CHECK(run.apply(stretched(0), i).report.thin_area == Approx(lost));

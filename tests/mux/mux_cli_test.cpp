@@ -16,7 +16,7 @@ std::vector<std::string> arguments(const Folder &folder, std::vector<std::string
 
 void check_refused(const Folder &folder, const std::vector<std::string> &words, int exit,
                    const std::string &message) {
-  const Run run = run_tool(words);
+  const ToolResult run = run_tool(words);
   CHECK(run.exit == exit);
   CHECK(run.err == message);
   CHECK(run.out.empty());
@@ -28,7 +28,7 @@ void check_refused(const Folder &folder, const std::vector<std::string> &words, 
 TEST_CASE("success: a summary on standard output, nothing on standard error") {
   const Folder folder;
   make_capture(folder);
-  const Run run = run_tool(arguments(folder, {"--verify"}));
+  const ToolResult run = run_tool(arguments(folder, {"--verify"}));
   CHECK(run.exit == 0);
   CHECK(run.err.empty());
   CHECK(run.out.find(folder.path("out.fvv") + ": ") == 0);
@@ -41,7 +41,7 @@ TEST_CASE("success: a summary on standard output, nothing on standard error") {
 TEST_CASE("standard output as a stream, and --json") {
   const Folder folder;
   make_capture(folder);
-  const Run run = run_tool(arguments(folder, {"--json", "--verify", "--codec", "jpeg"}));
+  const ToolResult run = run_tool(arguments(folder, {"--json", "--verify", "--codec", "jpeg"}));
   CHECK(run.exit == 0);
   const nlohmann::json summary = nlohmann::json::parse(run.out);
   CHECK(summary.at("fvvmux") == 1);
@@ -58,7 +58,7 @@ TEST_CASE("standard output as a stream, and --json") {
   CHECK(summary.at("lattice").at("step") == 0.002); // tracked: a third of 0.0106, rounded down
   CHECK(summary.at("mesh").at("welded_vertices").at("count") == 0);
   CHECK(summary.at("verified").at("pictures") == 5);
-  const Run piped = run_tool({folder.path("in"), "-o", "-", "--codec", "jpeg", "--quality", "30"});
+  const ToolResult piped = run_tool({folder.path("in"), "-o", "-", "--codec", "jpeg", "--quality", "30"});
   CHECK(piped.exit == 0);
   CHECK(piped.err.empty());
   CHECK(piped.out == read_bytes(folder.path("out.fvv")));
@@ -116,7 +116,7 @@ TEST_CASE("a mesh that no decoder could show is refused by file, frame and verte
                     ")\n");
   ply.resize(ply.size() - 1);
   write_bytes(path, ply.data(), ply.size());
-  const Run cut = run_tool(arguments(folder));
+  const ToolResult cut = run_tool(arguments(folder));
   CHECK(cut.exit == 1);
   CHECK(cut.err.find("fvvmux: " + path + ": ") == 0);
   CHECK(folder.entries() == 1);
@@ -128,7 +128,7 @@ TEST_CASE("a picture that is cut is found when it is read, and nothing is left")
   const std::string path = capture.picture_path(capture.cameras[2], 4);
   const std::string png = read_bytes(path);
   write_bytes(path, png.data(), png.size() / 2);
-  const Run run = run_tool(arguments(folder));
+  const ToolResult run = run_tool(arguments(folder));
   CHECK(run.exit == 1);
   CHECK(run.err.find("fvvmux: " + path + ": ") == 0);
   CHECK(folder.entries() == 1);
@@ -139,7 +139,7 @@ TEST_CASE("an existing file stays unless --force is given") {
   make_capture(folder);
   const std::string out = folder.path("out.fvv");
   write_bytes(out, "mine", 4);
-  const Run refused = run_tool(arguments(folder));
+  const ToolResult refused = run_tool(arguments(folder));
   CHECK(refused.exit == 1);
   CHECK(refused.err == "fvvmux: " + out + ": already exists; --force overwrites it\n");
   CHECK(read_bytes(out) == "mine");
@@ -152,12 +152,12 @@ TEST_CASE("frames that are not taken give a warning and exit code 3, with --fram
   const Folder folder;
   const scene::Capture capture = make_capture(folder);
   scene::write_mesh(ball(5), {}, capture.mesh_path(5));
-  const Run run = run_tool(arguments(folder));
+  const ToolResult run = run_tool(arguments(folder));
   CHECK(run.exit == 3);
   CHECK(run.err == "fvvmux: warning: " + capture.path +
                        ": meshes reach from frame 0 to 5, the capture takes 0 to 4 (1 not used)\n");
   CHECK(fs::exists(folder.path("out.fvv")));
-  const Run ranged = run_tool(arguments(folder, {"--frames", "1-3", "--force"}));
+  const ToolResult ranged = run_tool(arguments(folder, {"--frames", "1-3", "--force"}));
   CHECK(ranged.exit == 0);
   CHECK(ranged.err.empty());
 }
@@ -165,15 +165,15 @@ TEST_CASE("frames that are not taken give a warning and exit code 3, with --fram
 TEST_CASE("a full disk is one line, and no file is left") {
   const Folder folder;
   make_capture(folder);
-  const Run run = run_tool(arguments(folder), [] {
+  const ToolResult run = run_tool(arguments(folder), [] {
     const rlimit few = {1024, 1024};
     setrlimit(RLIMIT_FSIZE, &few);
   });
   CHECK(run.exit == 1);
   CHECK(run.err == "fvvmux: " + folder.path("out.fvv") + ": cannot write: File too large\n");
   CHECK(folder.entries() == 1);
-  const Run full = run_tool({folder.path("in"), "-o", "-", "--quality", "30"},
-                            [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); });
+  const ToolResult full = run_tool({folder.path("in"), "-o", "-", "--quality", "30"},
+                                   [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); });
   CHECK(full.exit == 1);
   CHECK(full.err == "fvvmux: standard output: cannot write: No space left on device\n");
 }
@@ -207,7 +207,7 @@ TEST_CASE("wrong options: exit code 2, and the option is named") {
       {"--mesh-profile", "obj"}, {"--group", "0"},         {"--threads", "0"},       {"--frames", "4-2"},
       {"--min-component", "-1"}, {"--frames", "0-9"},      {"--background", "flat"}, {"--nonsense"}};
   for (const auto &words : wrong) {
-    const Run run = run_tool(arguments(folder, words));
+    const ToolResult run = run_tool(arguments(folder, words));
     CHECK(run.exit == 2);
     INFO(run.err);
     CHECK(run.err.find(words[0].substr(2)) != std::string::npos);

@@ -121,7 +121,7 @@ TEST_CASE("a bit depth is refused where a codec does not have it, before any wor
   const auto message = [&](std::vector<std::string> more) {
     std::vector<std::string> words = {folder.path("in"), "-o", folder.path("out.fvv")};
     words.insert(words.end(), more.begin(), more.end());
-    const Run run = run_tool(words);
+    const ToolResult run = run_tool(words);
     CHECK(run.exit == 2);
     CHECK(folder.entries() == 1);
     return run.err;

@@ -293,12 +293,12 @@ inline pid_t start_tool(
   return child;
 }
 
-struct Run {
+struct ToolResult {
   int exit;
   std::string out, err;
 };
 
-inline Run run_tool(
+inline ToolResult run_tool(
     const std::vector<std::string> &arguments, const std::function<void()> &in_child = [] {}) {
   const Folder logs;
   int status = 0;

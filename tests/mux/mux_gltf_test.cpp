@@ -73,7 +73,7 @@ TEST_CASE("frames after the end of an animation are written with a warning") {
   const std::string glb = gltf_fixture::tube().glb();
   write_bytes(folder.path("in/tube.glb"), glb.data(), glb.size());
   const std::string description = describe(folder, 0, 12);
-  const Run run = run_tool({folder.path("in"), "-o", folder.path("out.fvv")});
+  const ToolResult run = run_tool({folder.path("in"), "-o", folder.path("out.fvv")});
   CHECK(run.exit == cli::loss);
   CHECK(run.err.find(
             "fvvmux: warning: " + description +

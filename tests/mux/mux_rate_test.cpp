@@ -79,7 +79,7 @@ TEST_CASE("a bit rate gives the same bytes for any number of threads") {
 TEST_CASE("a bit rate that cannot be reached is a warning that names what was reached") {
   const Folder folder;
   make_capture(folder);
-  const Run run = run_tool(
+  const ToolResult run = run_tool(
       {folder.path("in"), "-o", folder.path("out.fvv"), "--bitrate", "1k", "--group", "2", "--json"});
   CHECK(run.exit == 3);
   CHECK(run.err.find("warning: ") != std::string::npos);
@@ -98,11 +98,11 @@ TEST_CASE("wrong bit rates are refused, and one beside a quality") {
   const std::string out = folder.path("out.fvv");
   for (const char *wrong : {"M", "4x", "0", "-1M", "999", "11G", "4MB", "nan", "1e400"}) {
     CAPTURE(wrong);
-    const Run run = run_tool({folder.path("in"), "-o", out, "--bitrate", wrong});
+    const ToolResult run = run_tool({folder.path("in"), "-o", out, "--bitrate", wrong});
     CHECK(run.exit == 2);
     CHECK(run.err.find("--bitrate") != std::string::npos);
   }
-  const Run both = run_tool({folder.path("in"), "-o", out, "--bitrate", "1M", "--quality", "42dB"});
+  const ToolResult both = run_tool({folder.path("in"), "-o", out, "--bitrate", "1M", "--quality", "42dB"});
   CHECK(both.exit == 2);
   CHECK(both.err.find("--quality") != std::string::npos);
   CHECK(!fs::exists(out));

@@ -47,7 +47,7 @@ TEST_CASE(
   last.r_max = 1;
   capture.cameras[1].texture = false;
   scene::write_capture(capture, capture.path);
-  const Run run = run_tool({folder.path("in"), "-o", folder.path("out.fvv")});
+  const ToolResult run = run_tool({folder.path("in"), "-o", folder.path("out.fvv")});
   CHECK(run.exit == 3);
   CHECK(run.err.find("left out, because their lens models change from frame to frame: camera " +
                      std::to_string(capture.cameras[0].calibration.id) + " (camera 0)") != std::string::npos);

@@ -90,7 +90,7 @@ TEST_CASE("dropped pictures and offsets are reported with the frames that they c
   CHECK(std::fabs(report.largest_offset - 0.001) < 1e-9);
   CHECK(std::fabs(report.mean_offset - 0.016 / 17) < 1e-9);
   CHECK(summary.plan.warned);
-  const Run run =
+  const ToolResult run =
       run_tool({scene.capture.path, "-o", scene.folder.path("x.fvv"), "--quality", "30", "--json"});
   CHECK(run.exit == 3);
   CHECK(run.err.find(
@@ -117,7 +117,7 @@ TEST_CASE("pictures that were cut are put in their place in the calibrated pictu
   Clip clip;
   clip.times = steady(20, 3000);
   Scene scene(clip, "a.mp4", {{64, 48}, {72, 40}});
-  const Run refused = [&] {
+  const ToolResult refused = [&] {
     scene::write_capture(scene.capture, scene.capture.path);
     return run_tool({scene.capture.path, "-o", scene.folder.path("x.fvv")});
   }();
@@ -145,7 +145,7 @@ TEST_CASE("pictures are turned by the video's matrix, unless the capture overrid
   CHECK(scene.numbers(summary, 44, 4)[7][0] == 13); // 7 and bright
   scene.capture.cameras[1].pictures->rotate.reset();
   scene::write_capture(scene.capture, scene.capture.path);
-  const Run run = run_tool({scene.capture.path, "-o", scene.folder.path("x.fvv")});
+  const ToolResult run = run_tool({scene.capture.path, "-o", scene.folder.path("x.fvv")});
   CHECK(run.exit == 1);
   CHECK(run.err ==
         "fvvmux: " + scene.capture.path +

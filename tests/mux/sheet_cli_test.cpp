@@ -3,7 +3,7 @@
 
 namespace {
 
-Run run_sheet(const Folder &folder, std::vector<std::string> more = {}) {
+ToolResult run_sheet(const Folder &folder, std::vector<std::string> more = {}) {
   std::vector<std::string> words = {"capture", folder.path("in"), "--sheet", folder.path("sheet.png")};
   words.insert(words.end(), more.begin(), more.end());
   return run_tool(words);
@@ -14,12 +14,12 @@ Run run_sheet(const Folder &folder, std::vector<std::string> more = {}) {
 TEST_CASE("sheet command: a summary, and a JSON whose keys are documented") {
   const Folder folder;
   make_sheet_capture(folder);
-  const Run run = run_sheet(folder);
+  const ToolResult run = run_sheet(folder);
   CHECK(run.exit == 0);
   CHECK(run.err.empty());
   CHECK(run.out.find(folder.path("sheet.png") + ": ") == 0);
   CHECK(run.out.find("  1 ring 1: 200x150, IoU 0.9") != std::string::npos);
-  const Run json_run = run_sheet(folder, {"--json", "--force", "--sheet-width", "200"});
+  const ToolResult json_run = run_sheet(folder, {"--json", "--force", "--sheet-width", "200"});
   CHECK(json_run.exit == 0);
   const nlohmann::json json = nlohmann::json::parse(json_run.out);
   CHECK(json.at("fvvimport") == 1);
@@ -54,7 +54,7 @@ TEST_CASE("sheet command: what is missing for one camera is a warning") {
   const scene::Capture capture = make_sheet_capture(folder);
   fs::remove(capture.picture_path(capture.cameras[0], 11));
   write_png(capture.mask_path(capture.cameras[1], 11), media::make_image(20, 10, 1, 255));
-  const Run run = run_sheet(folder, {"--json"});
+  const ToolResult run = run_sheet(folder, {"--json"});
   CHECK(run.exit == 3);
   CHECK(run.err == "fvvimport: warning: " + capture.picture_path(capture.cameras[0], 11) +
                        ": cannot be opened: No such file or directory\nfvvimport: warning: " +
@@ -74,7 +74,7 @@ TEST_CASE("sheet command: a camera that is lost in the frame is left out, with a
   for (const int64_t frame : {10, 12}) capture.cameras[1].per_frame[frame] = capture.cameras[1].calibration;
   capture.cameras[1].lost = {11};
   scene::write_capture(capture, capture.path);
-  const Run run = run_sheet(folder, {"--json"});
+  const ToolResult run = run_sheet(folder, {"--json"});
   CHECK(run.exit == 3);
   const std::string warning = capture.path + ": left out: camera 2 is not calibrated in frame 11";
   CHECK(run.err == "fvvimport: warning: " + warning + "\n");
@@ -96,13 +96,13 @@ TEST_CASE(
                 "\0\0\0\x20"
                 "ftypisom",
                 12); // a film
-  const Run film = run_sheet(folder);
+  const ToolResult film = run_sheet(folder);
   CHECK(film.exit == 1);
   CHECK(film.err.find("no camera's picture of frame 11 can be read; the first problem is: " +
                       capture.picture_path(capture.cameras[0], 11)) != std::string::npos);
   CHECK(folder.entries() == 1);
   fs::remove(capture.mesh_path(11));
-  const Run mesh = run_sheet(folder);
+  const ToolResult mesh = run_sheet(folder);
   CHECK(mesh.exit == 1);
   CHECK(mesh.err.find("mesh11.ply") != std::string::npos);
   CHECK(folder.entries() == 1);

@@ -322,9 +322,9 @@ uint32_t threads_within_memory(fvv_stream *stream, const std::string &name, cons
   return uint32_t(std::clamp<uint64_t>(options.memory.bytes / most, 1, options.threads));
 }
 
-class Run {
+class DemuxRun {
 public:
-  Run(const std::string &input, const Options &chosen, Result &out)
+  DemuxRun(const std::string &input, const Options &chosen, Result &out)
       : result(out), options(chosen), file(input), survey(file), stream(open_stream(file)),
         plan(make_plan(stream.get(), file, options.frames, survey)) {
     const int64_t last = options.frames.everything() ? -1 : options.frames.largest();
@@ -604,7 +604,7 @@ void demux(const std::string &input, const std::string &folder_name, const Optio
     throw Error("--compress draco: Draco cannot compress the animation of --meshes gltf; pass --compress "
                 "meshopt, or --meshes glb for a file of each frame",
                 Error::usage);
-  Run run(input, options, result);
+  DemuxRun run(input, options, result);
   cli::OutputFolder folder(folder_name, options.force, cli::inputs({input}));
   run.unpack(folder);
   run.write_animations(folder);

@@ -439,8 +439,8 @@ std::vector<size_t> order_of(size_t count) {
 
 // Measures frames until one exceeds the budget; worst: its rms in pixels. That frame is first next time, as
 // it is most likely to exceed it again. like: of any frame.
-bool Run::try_faces(const Frames &frames, const Budget &budget, const Reference &like,
-                    std::vector<size_t> &order, Outliers &outliers, double &worst) {
+bool TopologyRun::try_faces(const Frames &frames, const Budget &budget, const Reference &like,
+                            std::vector<size_t> &order, Outliers &outliers, double &worst) {
   for (size_t at = 0; at < order.size(); at++) {
     const size_t i = order[at];
     geometry::Mesh source = frames.mesh(i);
@@ -462,7 +462,7 @@ bool Run::try_faces(const Frames &frames, const Budget &budget, const Reference 
   return true;
 }
 
-Run::Run(const Frames &frames, const Budget &budget, double reach) : reports(frames.count) {
+TopologyRun::TopologyRun(const Frames &frames, const Budget &budget, double reach) : reports(frames.count) {
   geometry::Mesh first = frames.mesh(0);
   large_pieces = first.faces;
   if (sound(first)) large_pieces = first.faces = without_specks(first, budget, dropped);
@@ -498,7 +498,7 @@ Run::Run(const Frames &frames, const Budget &budget, double reach) : reports(fra
   faces.clear();
 }
 
-Decimated Run::apply(const geometry::Mesh &source, size_t frame) const {
+Decimated TopologyRun::apply(const geometry::Mesh &source, size_t frame) const {
   Decimated out;
   if (faces.empty()) {
     out.report = as_it_is(source).report;

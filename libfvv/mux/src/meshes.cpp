@@ -114,7 +114,7 @@ void MeshLoader::add_run(Group &group, size_t group_first, size_t first,
   const decimate::Frames frames = {orders.size(), mesh,
                                    [this, first](size_t i) { return cameras(first + i); }};
   std::fill_n(group.run_of.begin() + std::ptrdiff_t(first - group_first), orders.size(), group.runs.size());
-  decimate::Run run(frames, choice.budget, choice.reach);
+  decimate::TopologyRun run(frames, choice.budget, choice.reach);
   group.runs.push_back({first, std::move(run), std::move(orders)});
 }
 
@@ -156,7 +156,7 @@ geometry::Mesh MeshLoader::load(size_t i, scene::MeshReport *report,
   if (of == SIZE_MAX) {
     out = decimate::decimate(mesh, cameras(i), choice.budget, choice.reach);
   } else {
-    const Stretch &run = group->runs[of];
+    const DecimatedRun &run = group->runs[of];
     const std::vector<uint32_t> &order = run.orders[i - run.first];
     if (!order.empty()) mesh = reordered(mesh, order, source(run.first));
     out = run.run.apply(mesh, i - run.first);
@@ -217,10 +217,10 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const PreparedMesh &source) {
 }
 
 // Frames from one source on whose connectivity is the same.
-class Run {
+class DeltaRun {
 public:
   // Of one frame.
-  Run(const Plan &chosen, const MeshTrack &of, size_t i, PreparedMesh &&begin)
+  DeltaRun(const Plan &chosen, const MeshTrack &of, size_t i, PreparedMesh &&begin)
       : plan(chosen), track(of), first(i), loaded(1), source(std::move(begin)) {}
 
   size_t size() const { return loaded.size(); }
@@ -390,7 +390,7 @@ std::vector<MeshFrame> encode_in_turn(const Plan &plan, const MeshTrack &track, 
       frames.emplace_back();
       continue;
     }
-    Run run(plan, track, begin, next ? std::move(*next) : prepare_mesh(plan, track, begin));
+    DeltaRun run(plan, track, begin, next ? std::move(*next) : prepare_mesh(plan, track, begin));
     for (next.reset(); begin + run.size() < first + count && plan.has_mesh(begin + run.size());
          next.reset()) {
       next = prepare_mesh(plan, track, begin + run.size());

@@ -81,14 +81,14 @@ public:
   void forget(size_t group);
 
 private:
-  struct Stretch {
+  struct DecimatedRun {
     size_t first; // frame
-    decimate::Run run;
+    decimate::TopologyRun run;
     std::vector<std::vector<uint32_t>> orders; // of each frame's vertices; empty: as those of the first
   };
   struct Group {
     std::once_flag known;
-    std::vector<Stretch> runs;
+    std::vector<DecimatedRun> runs;
     std::vector<size_t> run_of; // for each frame of the group; SIZE_MAX: none
   };
   std::shared_ptr<Group> group_at(size_t index) const;

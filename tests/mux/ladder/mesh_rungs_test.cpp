@@ -197,7 +197,7 @@ TEST_CASE("meshes of a rung's own can be forbidden and asked for, and need decim
 
   CHECK(mux::parse_mesh_ladder("off") == mux::MeshLadder::off);
   CHECK_THROWS_AS(mux::parse_mesh_ladder("yes"), fvv::Error);
-  const Run run = run_tool({folder.path("in"), "-o", folder.path("x.fvv"), "--mesh-ladder", "on"});
+  const ToolResult run = run_tool({folder.path("in"), "-o", folder.path("x.fvv"), "--mesh-ladder", "on"});
   CHECK(run.exit == 2);
   CHECK(run.err.find("--ladder") != std::string::npos);
 }

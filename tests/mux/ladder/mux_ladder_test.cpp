@@ -180,7 +180,7 @@ TEST_CASE("ladders that are refused") {
   const auto refused = [&](const std::vector<std::string> &more) {
     std::vector<std::string> words = {folder.path("in"), "-o", folder.path("out.fvv")};
     words.insert(words.end(), more.begin(), more.end());
-    const Run run = run_tool(words);
+    const ToolResult run = run_tool(words);
     CHECK(run.err.find("--ladder") != std::string::npos);
     return run.exit == 2;
   };

@@ -153,11 +153,11 @@ struct Frames {
 };
 
 // What all frames of a run share after decimation, and the report of each.
-class Run {
+class TopologyRun {
 public:
   // The simplifier works on the surface of the first frame; the budget is met in every frame, or the source
   // is kept. Vertices are exactly vertices of the source, so that motion stays as smooth as it was.
-  Run(const Frames &frames, const Budget &budget, double reach);
+  TopologyRun(const Frames &frames, const Budget &budget, double reach);
   // frame: its number in the run; source: its mesh.
   Decimated apply(const geometry::Mesh &source, size_t frame) const;
 

@@ -26,9 +26,9 @@ public:
       const size_t middle = i, end = std::min<size_t>(count, middle + UINT16_MAX);
       while (i < end && repeats(i)) i++;
       distinct_.insert(distinct_.end(), pixels + begin * step, pixels + middle * step);
-      runs_.push_back({uint16_t(middle - begin), uint16_t(i - middle)});
+      spans_.push_back({uint16_t(middle - begin), uint16_t(i - middle)});
     }
-    runs_.shrink_to_fit();
+    spans_.shrink_to_fit();
     distinct_.shrink_to_fit();
   }
 
@@ -38,12 +38,12 @@ public:
     image.pixels.resize(size_t(width_) * height_ * step);
     const SampleType *from = distinct_.data();
     SampleType *to = image.pixels.data();
-    for (const Run &run : runs_) {
-      to = std::copy_n(from, run.distinct * step, to);
-      from += run.distinct * step;
+    for (const PixelSpan &span : spans_) {
+      to = std::copy_n(from, span.distinct * step, to);
+      from += span.distinct * step;
       // What is repeated already is copied as a whole.
       const SampleType *const last = to - step;
-      for (size_t left = run.repeated * step; left;) {
+      for (size_t left = span.repeated * step; left;) {
         const size_t length = std::min<size_t>(left, size_t(to - last));
         to = std::copy_n(last, length, to);
         left -= length;
@@ -54,17 +54,17 @@ public:
 
   /* Of memory, about. */
   size_t bytes() const {
-    return sizeof *this + runs_.size() * sizeof(Run) + distinct_.size() * sizeof(SampleType);
+    return sizeof *this + spans_.size() * sizeof(PixelSpan) + distinct_.size() * sizeof(SampleType);
   }
 
 private:
-  struct Run {
-    uint16_t distinct; /* pixels that differ from the one before, or continue where a run was full */
+  struct PixelSpan {
+    uint16_t distinct; /* pixels that differ from the one before, or continue where a span was full */
     uint16_t repeated; /* pixels after them, equal to the last one */
   };
   uint32_t width_, height_;
   int channels_;
-  std::vector<Run> runs_;
+  std::vector<PixelSpan> spans_;
   std::vector<SampleType> distinct_;
 };
 
