@@ -227,7 +227,7 @@ public:
 
   // Takes frame first + size() when it belongs to the run.
   bool extend(const PreparedMesh &candidate) {
-    Later next;
+    DeltaInput next;
     next.source = candidate.report;
     next.decimation = candidate.decimation;
     next.loss = candidate.loss;
@@ -285,7 +285,7 @@ public:
   }
 
 private:
-  struct Later {
+  struct DeltaInput {
     scene::MeshReport source;
     std::optional<decimate::Report> decimation;
     QuantisationLoss loss;
@@ -347,7 +347,7 @@ private:
   const Plan &plan;
   const MeshTrack &track;
   size_t first;
-  std::vector<Later> loaded; // of the first frame nothing
+  std::vector<DeltaInput> loaded; // of the first frame nothing
   PreparedMesh source;
 };
 

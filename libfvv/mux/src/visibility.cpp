@@ -53,7 +53,7 @@ private:
 };
 
 // The state from one frame to the next with its faces.
-struct Former {
+struct PreviousFrame {
   uint32_t number = 0;
   States states;
 };
@@ -68,21 +68,21 @@ public:
                        const GivenVisibility &given) {
     if (!follows) open_order(mesh);
     VisibilityFrame frame;
-    frame.key = !follows || former.states.empty();
+    frame.key = !follows || previous.states.empty();
     frame.vertices = mesh.vertex_count;
-    Former now;
-    now.number = frame.key ? 0 : former.number + 1;
+    PreviousFrame now;
+    now.number = frame.key ? 0 : previous.number + 1;
     const std::vector<CameraView> looks =
-        look(mesh, plan.lattice.lattice, choice, cameras, frame.key ? States() : former.states, given);
+        look(mesh, plan.lattice.lattice, choice, cameras, frame.key ? States() : previous.states, given);
     std::vector<fvv_visibility_view> views;
     for (const CameraView &one : looks) {
-      const auto before = former.states.find(one.camera);
+      const auto before = previous.states.find(one.camera);
       std::vector<uint8_t> &states = now.states[one.camera];
       states.resize(mesh.vertex_count);
       views.push_back({one.camera,
                        {one.centre[0], one.centre[1], one.centre[2]},
                        one.seen.data(),
-                       !frame.key && before != former.states.end() ? before->second.data() : nullptr,
+                       !frame.key && before != previous.states.end() ? before->second.data() : nullptr,
                        states.data()});
     }
     for (const fvv_visibility_view &view : views) frame.cameras.push_back(view.camera);
@@ -92,11 +92,11 @@ public:
                                   &diagnostic));
       frame.payload.assign(payload.data, payload.data + payload.size);
     }
-    former = std::move(now);
+    previous = std::move(now);
     return frame;
   }
 
-  const States &states() const { return former.states; }
+  const States &states() const { return previous.states; }
 
 private:
   void check(fvv_status status) { fvv::check(status, plan.capture.path, diagnostic); }
@@ -113,7 +113,7 @@ private:
   const MeshTrack &track;
   fvv_diagnostic diagnostic = {};
   OwnedBytes payload;
-  Former former;
+  PreviousFrame previous;
   std::unique_ptr<fvv_visibility_order, void (*)(fvv_visibility_order *)> order{nullptr,
                                                                                 fvv_visibility_order_close};
 };
@@ -136,7 +136,7 @@ uint8_t state_of_weight(uint8_t weight) {
 
 std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &lattice,
                              const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
-                             const States &former, const GivenVisibility &given) {
+                             const States &previous, const GivenVisibility &given) {
   fvv_scene scene = {};
   std::copy_n(lattice.origin, 3, scene.lattice_origin);
   scene.lattice_step = lattice.step;
@@ -156,8 +156,9 @@ std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &latt
       for (const uint8_t weight : known->second) view.seen.push_back(state_of_weight(weight));
     } else {
       if (!fit) fit.emplace(surface, rays.emplace(surface), settings);
-      const auto before = former.find(camera.id);
-      view.seen = fit->states(camera, view.facing, before == former.end() ? nullptr : before->second.data());
+      const auto before = previous.find(camera.id);
+      view.seen =
+          fit->states(camera, view.facing, before == previous.end() ? nullptr : before->second.data());
     }
     out.push_back(std::move(view));
   }

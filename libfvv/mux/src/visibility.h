@@ -26,11 +26,11 @@ using States = std::map<uint16_t, std::vector<uint8_t>>;
 using GivenVisibility = std::map<uint16_t, std::vector<uint8_t>>;
 
 // mesh is as decoders have it, and so are cameras. One that is too far away for the lattice is left out.
-// former: of the frame before, if mesh has its faces; weights stay near to it. given:
+// previous: of the frame before, if mesh has its faces; weights stay near to it. given:
 // of the cameras for which it is known what they see; for the others it is found by rays.
 std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &lattice,
                              const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
-                             const States &former, const GivenVisibility &given = {});
+                             const States &previous, const GivenVisibility &given = {});
 
 // Whether the stream is to have visibility, of which cameras, and why. tiling: of the cameras. Throws Error
 // (usage) if it is requested and there is nothing to see.
