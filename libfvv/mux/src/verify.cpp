@@ -112,10 +112,10 @@ std::string VisibilityVerifier::frame(fvv_stream *stream, size_t frame, const fv
   fvv_diagnostic diagnostic = {};
   const fvv_status status = fvv_stream_visibility(stream, frame, track.visibility, &found, &diagnostic);
   fvv::check(status, name, diagnostic);
-  if (!found || !found->header.number) former.clear();
+  if (!found || !found->header.number) previous.clear();
   const std::vector<CameraView> wanted =
-      look(mesh, plan.lattice.lattice, plan.visibility, cameras_in(stream, frame, plan, name), former);
-  former.clear();
+      look(mesh, plan.lattice.lattice, plan.visibility, cameras_in(stream, frame, plan, name), previous);
+  previous.clear();
   const size_t cameras = found ? found->header.camera_count : 0;
   if (cameras != wanted.size())
     return "expected visibility of " + std::to_string(wanted.size()) + " cameras, found " +
@@ -127,7 +127,7 @@ std::string VisibilityVerifier::frame(fvv_stream *stream, size_t frame, const fv
           states[k] != (wanted[i].facing[k] ? wanted[i].seen[k] : uint8_t(FVV_VERTEX_BACKFACING)))
         return "what camera " + std::to_string(wanted[i].camera) + " sees of vertex " + std::to_string(k) +
                " is not what was read back";
-    former[found->cameras[i]].assign(states, states + found->header.vertex_count);
+    previous[found->cameras[i]].assign(states, states + found->header.vertex_count);
   }
   return "";
 }

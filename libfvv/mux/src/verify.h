@@ -45,7 +45,7 @@ private:
   const Plan &plan;
   const MeshTrack &track;
   const std::string name;
-  States former; // of the frame before
+  States previous; // of the frame before
 };
 
 } // namespace fvv::mux

@@ -1,5 +1,5 @@
 #include "fvv_mux/encoder.h"
-#include "mux/src/encode/job.h"
+#include "mux/src/encode/encode_job.h"
 #include "mux/src/sound/sound.h"
 
 #include <algorithm>
@@ -100,7 +100,7 @@ struct Encoder::State {
   std::shared_ptr<scene::MemoryFrames> memory = std::make_shared<scene::MemoryFrames>();
   scene::Capture capture; // until the plan is made
   Summary summary;
-  std::optional<Job> job;
+  std::optional<EncodeJob> job;
   size_t group_size = 1;
   bool shows_pictures = false;   // else nothing is left of a frame without a mesh
   size_t added = 0;              // frames

@@ -1,5 +1,5 @@
 #include "fvv_mux/mux.h"
-#include "mux/src/encode/job.h"
+#include "mux/src/encode/encode_job.h"
 
 namespace fvv::mux {
 
@@ -8,7 +8,7 @@ Muxer::Muxer(const Options &options, const Observer &observer) : start(std::chro
 }
 
 Summary Muxer::run(const Sink &sink) {
-  Job job(summary, sink);
+  EncodeJob job(summary, sink);
   job.run();
   job.finish(start);
   return std::move(summary);

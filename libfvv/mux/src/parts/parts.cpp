@@ -2,7 +2,7 @@
 #include "fvv/container.h"
 #include "fvv_cxx/error.h"
 #include "fvv_scene/file_io.h"
-#include "mux/src/encode/job.h"
+#include "mux/src/encode/encode_job.h"
 #include "mux/src/parts/plan_data.h"
 
 #include <algorithm>
@@ -201,7 +201,7 @@ PartPlan::PartPlan(const Options &options, const Observer &observer, const Sink 
   summary.plan = make_plan(given, collecting(observer, data.warnings));
   std::vector<std::string> warnings;
   summary.plan.observer = collecting(observer, warnings);
-  Job job(summary, first);
+  EncodeJob job(summary, first);
   job.run_group(0);
   data.nominal = job.nominal();
   state->first_report = report_of(summary, 0, warnings);
@@ -274,7 +274,7 @@ std::string PartPlan::encode(size_t group, uint32_t threads, const Sink &sink,
   summary.plan.options.threads = threads;
   summary.plan.observer = collecting(observer, warnings);
   summary.plan.videos = std::make_shared<scene::Videos>(threads);
-  Job job(summary, sink, data.nominal, group);
+  EncodeJob job(summary, sink, data.nominal, group);
   job.run_group(group);
   return report_of(summary, group, warnings);
 }

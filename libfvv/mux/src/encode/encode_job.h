@@ -10,15 +10,15 @@
 namespace fvv::mux {
 
 // Every function throws Error, and exceptions of the sink; then sink received an incomplete stream.
-class Job {
+class EncodeJob {
 public:
   // summary has the plan, and gets the sums; both are borrowed. The first group decides what is open in the
   // plan.
-  Job(Summary &summary, const Sink &sink);
+  EncodeJob(Summary &summary, const Sink &sink);
   // For one group of a plan in which nothing is open. Writes file header and configuration. nominal: of the
   // job that wrote the first group.
-  Job(Summary &summary, const Sink &sink, const NominalRates &nominal, size_t group);
-  ~Job();
+  EncodeJob(Summary &summary, const Sink &sink, const NominalRates &nominal, size_t group);
+  ~EncodeJob();
 
   // All groups of the plan.
   void run();

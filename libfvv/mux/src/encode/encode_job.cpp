@@ -1,4 +1,4 @@
-#include "mux/src/encode/job.h"
+#include "mux/src/encode/encode_job.h"
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/parallel.h"
 #include "mux/src/choices.h"
@@ -85,7 +85,7 @@ void warn_at_end(Summary &summary) {
   }
 }
 
-class Job::State {
+class EncodeJob::State {
 public:
   State(Summary &sums, const Sink &out)
       : plan(sums.plan), sink(out), summary(sums), surfaces(plan), room(plan.options.threads),
@@ -102,7 +102,7 @@ public:
 
   // Everything is chosen, and begin() has been called in another job.
   void join(const NominalRates &nominal, size_t group) {
-    pieces.clear();
+    tasks.clear();
     group_of.clear();
     for (std::promise<void> &promise : promises) promise.set_value();
     for (size_t track = 0; track < plan.meshes.size(); track++) unwanted[track] = !plan.meshes[track].sent;
@@ -152,10 +152,10 @@ public:
   }
 
 private:
-  // A piece of work for one thread. choice: finding the quality of the video; mesh, video: frames that are
+  // Work for one thread. choice: finding the quality of the video; mesh, video: frames that are
   // encoded together.
   enum class Kind { choice, mesh, video };
-  struct Piece {
+  struct Task {
     Kind kind;
     size_t track;        // of the plan's video tracks or mesh tracks
     size_t first, count; // frames
@@ -180,7 +180,7 @@ private:
   void run_listed(size_t first) {
     groups.resize(plan.group_count());
     run_ordered(
-        plan.options.threads, group_of, [this](size_t piece) { work(pieces[piece]); },
+        plan.options.threads, group_of, [this](size_t task) { work(tasks[task]); },
         [&](size_t listed) {
           const size_t group = first + listed;
           if (!writer) begin(groups[group]);
@@ -188,12 +188,12 @@ private:
           plan.observer.progress(plan.frames_of(group));
         },
         [this] { room.help(); });
-    pieces.clear();
+    tasks.clear();
     group_of.clear();
   }
 
   void add(Kind kind, size_t group, size_t track, size_t first, size_t count) {
-    pieces.push_back({kind, track, first, count});
+    tasks.push_back({kind, track, first, count});
     group_of.push_back(group);
   }
 
@@ -241,25 +241,25 @@ private:
     return group;
   }
 
-  void work(const Piece &piece) {
+  void work(const Task &task) {
     plan.observer.check_cancelled();
-    switch (piece.kind) {
+    switch (task.kind) {
     case Kind::choice:
-      return choose(piece.track);
+      return choose(task.track);
     case Kind::mesh:
-      return encode_mesh_piece(piece);
+      return encode_mesh(task);
     case Kind::video:
-      return encode_video(piece);
+      return encode_video(task);
     }
   }
 
-  void encode_mesh_piece(const Piece &piece) {
-    if (unwanted[piece.track]) return;
-    const MeshTrack &track = plan.meshes[piece.track];
-    std::vector<MeshFrame> frames = encode_meshes(plan, track, piece.first, piece.count);
-    SurfaceFrames seen = surfaces.encode(track, piece.first, frames);
-    MeshGroup &group = group_for(piece.first).meshes[piece.track];
-    const auto at = std::ptrdiff_t(piece.first - plan.first_of(plan.group_of(piece.first)));
+  void encode_mesh(const Task &task) {
+    if (unwanted[task.track]) return;
+    const MeshTrack &track = plan.meshes[task.track];
+    std::vector<MeshFrame> frames = encode_meshes(plan, track, task.first, task.count);
+    SurfaceFrames seen = surfaces.encode(track, task.first, frames);
+    MeshGroup &group = group_for(task.first).meshes[task.track];
+    const auto at = std::ptrdiff_t(task.first - plan.first_of(plan.group_of(task.first)));
     std::move(frames.begin(), frames.end(), group.frames.begin() + at);
     std::move(seen.visibility.begin(), seen.visibility.end(), group.surfaces.visibility.begin() + at);
     std::move(seen.colours.begin(), seen.colours.end(), group.surfaces.colours.begin() + at);
@@ -277,17 +277,17 @@ private:
     }
   }
 
-  void encode_video(const Piece &piece) {
-    std::shared_future<void>(chosen[piece.track]).get(); // a copy for each thread
-    const VideoTrack &track = plan.tracks[piece.track];
-    media::EncodedGroup encoded = encode_pictures(plan, track, piece.first, piece.count, room);
+  void encode_video(const Task &task) {
+    std::shared_future<void>(chosen[task.track]).get(); // a copy for each thread
+    const VideoTrack &track = plan.tracks[task.track];
+    media::EncodedGroup encoded = encode_pictures(plan, track, task.first, task.count, room);
     if (encoded.record != track.choice.record)
-      throw Error(plan.capture.path + ": group " + std::to_string(plan.group_of(piece.first)) +
+      throw Error(plan.capture.path + ": group " + std::to_string(plan.group_of(task.first)) +
                   ": the encoder's configuration record differs from the first group's");
-    TrackGroup &video = group_for(piece.first).videos[piece.track];
-    const size_t at = piece.first - plan.first_of(plan.group_of(piece.first));
+    TrackGroup &video = group_for(task.first).videos[task.track];
+    const size_t at = task.first - plan.first_of(plan.group_of(task.first));
     std::move(encoded.samples.begin(), encoded.samples.end(), video.samples.begin() + std::ptrdiff_t(at));
-    if (!plan.options.bit_rate) return; // several pieces may have one quality and one group
+    if (!plan.options.bit_rate) return; // several tasks may have one quality and one group
     video.quality = encoded.quality;
     video.over_rate = encoded.over_rate;
   }
@@ -454,7 +454,7 @@ private:
   EncoderRoom room;
   size_t first_written = 0;           // group; the configuration is before it anyway
   std::optional<StreamWriter> writer; // once the choices of video are known
-  std::vector<Piece> pieces;
+  std::vector<Task> tasks;
   std::vector<size_t> group_of;
   std::mutex mutex; // of groups
   std::vector<Group> groups;
@@ -463,27 +463,28 @@ private:
   std::deque<std::atomic<bool>> unwanted; // mesh tracks of which no more is encoded
 };
 
-Job::Job(Summary &summary, const Sink &sink) : state(std::make_unique<State>(summary, sink)) {}
+EncodeJob::EncodeJob(Summary &summary, const Sink &sink) : state(std::make_unique<State>(summary, sink)) {}
 
-Job::Job(Summary &summary, const Sink &sink, const NominalRates &nominal, size_t group) : Job(summary, sink) {
+EncodeJob::EncodeJob(Summary &summary, const Sink &sink, const NominalRates &nominal, size_t group)
+    : EncodeJob(summary, sink) {
   state->join(nominal, group);
 }
 
-Job::~Job() = default;
+EncodeJob::~EncodeJob() = default;
 
-void Job::run() {
+void EncodeJob::run() {
   state->run();
 }
 
-void Job::run_group(size_t group) {
+void EncodeJob::run_group(size_t group) {
   state->run_group(group);
 }
 
-const NominalRates &Job::nominal() const {
+const NominalRates &EncodeJob::nominal() const {
   return state->nominal();
 }
 
-void Job::finish(std::chrono::steady_clock::time_point start) {
+void EncodeJob::finish(std::chrono::steady_clock::time_point start) {
   state->finish(start);
 }
 
