@@ -5,7 +5,7 @@
 
 using namespace shapes;
 using decimate::Decimated;
-using decimate::find_reach;
+using decimate::find_target_error;
 
 TEST_CASE("the size of a pixel follows from the focal length, and is smaller at an angle") {
   decimate::Footprint cameras;
@@ -45,8 +45,8 @@ TEST_CASE("a sphere keeps its budget, its radius and its volume") {
   const auto cameras = millimetre_pixels();
   for (const double pixels : {0.5, 2.0}) {
     const decimate::Budget wanted = budget(pixels);
-    const double reach = find_reach(ball, cameras, wanted);
-    const Decimated out = decimate::decimate(ball, cameras, wanted, reach);
+    const double target_error = find_target_error(ball, cameras, wanted);
+    const Decimated out = decimate::decimate(ball, cameras, wanted, target_error);
     CHECK_FALSE(out.report.kept);
     CHECK(out.report.faces_after < (pixels > 1 ? 1200 : 5000));
     CHECK(out.report.error.rms_pixels <= pixels);
@@ -177,9 +177,9 @@ TEST_CASE("what cannot be decimated comes back as it was") {
   Mesh ball = sphere(0.5, 3);
   const decimate::Footprint no_cameras;
   CHECK(decimate::decimate(ball, no_cameras, budget(1), 0.01).report.kept);
-  CHECK(find_reach(ball, no_cameras, budget(1)) == 0);
+  CHECK(find_target_error(ball, no_cameras, budget(1)) == 0);
   // A lattice of 20 mm alone is off by 5.8 mm and more.
-  CHECK(find_reach(ball, millimetre_pixels(), budget(1, 0.02)) == 0);
+  CHECK(find_target_error(ball, millimetre_pixels(), budget(1, 0.02)) == 0);
   const Decimated kept = decimate::decimate(ball, millimetre_pixels(), budget(1, 0.02), 0.01);
   CHECK(kept.report.kept);
   CHECK(kept.mesh.faces == ball.faces);
@@ -195,9 +195,9 @@ TEST_CASE("a mesh of half a million triangles keeps its budget by the exact meas
   const Mesh source = sphere(0.5, 8);
   REQUIRE(source.face_count() == 524288);
   const decimate::Budget wanted = budget(1);
-  const double reach = decimate::find_reach(source, millimetre_pixels(), wanted);
-  CHECK(reach > 0);
-  const decimate::Decimated out = decimate::decimate(source, millimetre_pixels(), wanted, reach);
+  const double target_error = decimate::find_target_error(source, millimetre_pixels(), wanted);
+  CHECK(target_error > 0);
+  const decimate::Decimated out = decimate::decimate(source, millimetre_pixels(), wanted, target_error);
   CHECK(!out.report.kept);
   CHECK(out.report.faces_before == source.face_count());
   CHECK(out.report.faces_after < 6000);

@@ -94,17 +94,17 @@ TEST_CASE("a trial finds vertices that were cut off and sides that bridge a holl
   CHECK(shared > 50); // or there was nothing to remember
 }
 
-TEST_CASE("the reach of several frames is the least, and one that has room needs no search") {
+TEST_CASE("the target error of several frames is the least, and one that has room needs no search") {
   const Mesh ball = sphere(0.5, 5), bumpy = sheet(40, false, [](double x, double y) {
                                       return 0.01 * std::sin(25 * x) * std::sin(25 * y);
                                     });
   const auto cameras = millimetre_pixels();
-  const double of_ball = decimate::find_reach(ball, cameras, budget(1)),
-               of_bumpy = decimate::find_reach(bumpy, cameras, budget(1));
+  const double of_ball = decimate::find_target_error(ball, cameras, budget(1)),
+               of_bumpy = decimate::find_target_error(bumpy, cameras, budget(1));
   CHECK(of_ball > 0);
   CHECK(of_bumpy > 0);
-  CHECK(decimate::find_reach(ball, cameras, budget(1), of_ball / 2) == of_ball / 2);
-  CHECK(decimate::find_reach(ball, cameras, budget(1), of_ball * 3) <= of_ball * 1.2);
+  CHECK(decimate::find_target_error(ball, cameras, budget(1), of_ball / 2) == of_ball / 2);
+  CHECK(decimate::find_target_error(ball, cameras, budget(1), of_ball * 3) <= of_ball * 1.2);
   const double least = std::min(of_ball, of_bumpy);
-  CHECK(decimate::find_reach(bumpy, cameras, budget(1), of_ball) == Approx(least).epsilon(0.15));
+  CHECK(decimate::find_target_error(bumpy, cameras, budget(1), of_ball) == Approx(least).epsilon(0.15));
 }

@@ -66,9 +66,10 @@ py::dict decimated(const py::object &given, const std::optional<std::string> &bu
       // Without a lattice one whose rounding does not count.
       const double diagonal = geometry::typical_box(mesh).diagonal();
       wanted.budget.lattice.step = step ? *step : diagonal > 0 ? std::ldexp(diagonal, -24) : 1;
-      const double reach =
-          wanted.budget.triangles ? INFINITY : decimate::find_reach(mesh, wanted.footprint, wanted.budget);
-      return decimate::decimate(mesh, wanted.footprint, wanted.budget, reach);
+      const double target_error = wanted.budget.triangles
+                                      ? INFINITY
+                                      : decimate::find_target_error(mesh, wanted.footprint, wanted.budget);
+      return decimate::decimate(mesh, wanted.footprint, wanted.budget, target_error);
     } catch (const Error &error) {
       refuse(error, FVV_ERROR_ARGUMENT);
     }

@@ -17,10 +17,10 @@ namespace fvv::decimate {
 
 namespace {
 
-// How often faces are locked before the reach is reduced.
+// How often faces are locked before the target error is reduced.
 constexpr int rounds = 6;
 
-// How often the reach is reduced before the source is kept.
+// How often the target error is reduced before the source is kept.
 constexpr int attempts = 8;
 
 // Rings of faces around an outlier that are locked with it: the surface stays fine there, and the transition
@@ -122,7 +122,7 @@ Decimated as_it_is(const geometry::Mesh &source) {
   return out;
 }
 
-// Measures a mesh, rounded to the lattice, and fills the report except what the caller fills (reach,
+// Measures a mesh, rounded to the lattice, and fills the report except what the caller fills (target_error,
 // locked_faces, dropped) and what takes time (vanished). outliers: empty.
 Report look_at(const Reference &reference, const geometry::Mesh &mesh, const Budget &budget,
                Outliers &outliers) {
@@ -186,10 +186,10 @@ bool lock_around(const geometry::Mesh &source, const std::vector<uint32_t> &alik
   return count() > before && size_t(count()) <= source.face_count() / most_locked;
 }
 
-// The next, smaller reach after an error in pixels.
-double shorter(double reach, double pixels, const Budget &budget) {
-  // The error is about proportional to the reach.
-  return reach * std::clamp(0.98 * budget.pixels / pixels, 0.3, 0.95);
+// The next, smaller target error after an error in pixels.
+double shorter(double target_error, double pixels, const Budget &budget) {
+  // The error is about proportional to the target error.
+  return target_error * std::clamp(0.98 * budget.pixels / pixels, 0.3, 0.95);
 }
 
 // One frame, prepared for repeated decimation.
@@ -203,21 +203,21 @@ public:
   double sharpest() const { return reference.sharpest(); }
 
   // One simplification, measured. The report's error is infinite if nothing is left.
-  Decimated attempt(const Reach &reach) const {
+  Decimated attempt(const SimplifyTarget &target) const {
     const std::vector<bool> none;
     Outliers unwanted;
-    Decimated out = simplified(reach, none);
-    if (!out.mesh.faces.empty()) finish(out, compare::Faces(out.mesh), reach, none, unwanted);
+    Decimated out = simplified(target, none);
+    if (!out.mesh.faces.empty()) finish(out, compare::Faces(out.mesh), target, none, unwanted);
     return out;
   }
 
-  // Whether this reach is within the budget. error: the measured rms in pixels.
-  bool within(double reach, Decimated &out, double &error) const {
+  // Whether this target error is within the budget. error: the measured rms in pixels.
+  bool within(double target_error, Decimated &out, double &error) const {
     const double limit = max_over_rms * budget.pixels;
     Trial trial(reference, limit);
     std::vector<bool> locked;
     for (int round = 0; round < rounds; round++) {
-      out = simplified({reach, 0}, locked);
+      out = simplified({target_error, 0}, locked);
       error = out.report.error.rms_pixels;
       if (out.mesh.faces.empty()) return false;
       const compare::Faces surface(out.mesh);
@@ -232,7 +232,7 @@ public:
         }
       }
       outliers = {};
-      finish(out, surface, {reach, 0}, locked, outliers);
+      finish(out, surface, {target_error, 0}, locked, outliers);
       const SurfaceError &found = out.report.error;
       error = found.rms_pixels;
       if (error <= budget.pixels && found.max_pixels <= limit) return true;
@@ -244,9 +244,9 @@ public:
 
 private:
   // Without faces and with an infinite error if no surface is left.
-  Decimated simplified(const Reach &reach, const std::vector<bool> &locked) const {
+  Decimated simplified(const SimplifyTarget &target, const std::vector<bool> &locked) const {
     Decimated out;
-    const std::vector<uint32_t> faces = simplifier.simplify(reach, locked);
+    const std::vector<uint32_t> faces = simplifier.simplify(target, locked);
     if (!faces.empty()) out.mesh = compact(source, faces, out.vertices);
     if (faces.empty() || !sound(out.mesh)) {
       out.mesh = {};
@@ -256,11 +256,12 @@ private:
   }
 
   // Fits and measures. surface: of the mesh before.
-  void finish(Decimated &out, const compare::Faces &surface, const Reach &reach,
+  void finish(Decimated &out, const compare::Faces &surface, const SimplifyTarget &target,
               const std::vector<bool> &locked, Outliers &outliers) const {
-    fit(out.mesh, surface, source, fixed_by(locked, out.vertices), reach.error > 0 ? reach.error : INFINITY);
+    fit(out.mesh, surface, source, fixed_by(locked, out.vertices),
+        target.error > 0 ? target.error : INFINITY);
     out.report = look_at(reference, out.mesh, budget, outliers);
-    out.report.reach = reach.error;
+    out.report.target_error = target.error;
     out.report.locked_faces = size_t(std::count(locked.begin(), locked.end(), true));
   }
 
@@ -280,15 +281,15 @@ private:
   const Simplifier simplifier;
 };
 
-// The first reach within the budget, or nothing. source: as sound() wants it.
+// The first target error within the budget, or nothing. source: as sound() wants it.
 std::optional<Decimated> within_budget(const geometry::Mesh &source, const Footprint &footprint,
-                                       const Budget &budget, double reach) {
+                                       const Budget &budget, double target_error) {
   const Frame frame(source, footprint, budget);
-  for (int i = 0; i < attempts && reach > 0 && frame.seen(); i++) {
+  for (int i = 0; i < attempts && target_error > 0 && frame.seen(); i++) {
     Decimated attempt;
     double error;
-    if (frame.within(reach, attempt, error)) return attempt;
-    reach = shorter(reach, error, budget);
+    if (frame.within(target_error, attempt, error)) return attempt;
+    target_error = shorter(target_error, error, budget);
   }
   return {};
 }
@@ -297,7 +298,7 @@ std::optional<Decimated> within_budget(const geometry::Mesh &source, const Footp
 // takes a fraction of the time. Of 1.3 million faces, the simplifier takes three quarters of the time
 // otherwise.
 constexpr size_t many_faces = 200000;
-// Of the reach that follows, and what the budget leaves for it.
+// Of the target error that follows, and what the budget leaves for it.
 constexpr double fine = 1.0 / 16;
 
 struct Proxy {
@@ -306,10 +307,10 @@ struct Proxy {
 };
 
 // Nothing where little is gained.
-std::optional<Proxy> proxy_of(const geometry::Mesh &source, double reach) {
-  if (source.face_count() <= many_faces || !(reach > 0)) return {};
+std::optional<Proxy> proxy_of(const geometry::Mesh &source, double target_error) {
+  if (source.face_count() <= many_faces || !(target_error > 0)) return {};
   const std::vector<uint32_t> faces =
-      Simplifier(source, first_alike(source, true)).simplify({fine * reach, 0}, {});
+      Simplifier(source, first_alike(source, true)).simplify({fine * target_error, 0}, {});
   if (faces.empty() || faces.size() > source.faces.size() / 2) return {};
   Proxy proxy;
   proxy.mesh = compact(source, faces, proxy.vertices);
@@ -319,17 +320,17 @@ std::optional<Proxy> proxy_of(const geometry::Mesh &source, double reach) {
 
 // As within_budget, of a proxy; measured against the source. Nothing also where that breaks the budget.
 std::optional<Decimated> by_proxy(const geometry::Mesh &source, const Footprint &footprint,
-                                  const Budget &budget, double reach) {
-  const std::optional<Proxy> proxy = proxy_of(source, reach);
+                                  const Budget &budget, double target_error) {
+  const std::optional<Proxy> proxy = proxy_of(source, target_error);
   if (!proxy) return {};
   Budget tighter = budget;
   tighter.pixels *= 1 - fine;
-  std::optional<Decimated> out = within_budget(proxy->mesh, footprint, tighter, reach);
+  std::optional<Decimated> out = within_budget(proxy->mesh, footprint, tighter, target_error);
   if (!out) return {};
   for (uint32_t &v : out->vertices) v = proxy->vertices[v];
   Outliers unused;
   Report report = look_at(Reference(source, footprint), out->mesh, budget, unused);
-  report.reach = out->report.reach;
+  report.target_error = out->report.target_error;
   report.locked_faces = out->report.locked_faces;
   out->report = report;
   if (report.error.rms_pixels > budget.pixels || report.error.max_pixels > max_over_rms * budget.pixels)
@@ -354,7 +355,7 @@ Lost vanishing_pieces(const geometry::Mesh &source, const Budget &budget) {
 }
 
 Decimated decimate(const geometry::Mesh &given, const Footprint &footprint, const Budget &budget,
-                   double reach) {
+                   double target_error) {
   if (!sound(given)) return as_it_is(given);
   Report before;
   std::vector<uint32_t> vertices;
@@ -364,8 +365,8 @@ Decimated decimate(const geometry::Mesh &given, const Footprint &footprint, cons
     Decimated attempt = Frame(source, footprint, budget).attempt({0, budget.triangles});
     if (std::isfinite(attempt.report.error.rms)) out = std::move(attempt);
   } else if (sound(source)) {
-    std::optional<Decimated> found = by_proxy(source, footprint, budget, reach);
-    if (!found) found = within_budget(source, footprint, budget, reach);
+    std::optional<Decimated> found = by_proxy(source, footprint, budget, target_error);
+    if (!found) found = within_budget(source, footprint, budget, target_error);
     if (found) out = std::move(*found);
   }
   if (!out.report.kept) out.report.vanished = vanished(source, out.mesh, out.vertices, budget);
@@ -377,34 +378,36 @@ Decimated decimate(const geometry::Mesh &given, const Footprint &footprint, cons
   return out;
 }
 
-double find_reach(const geometry::Mesh &given, const Footprint &footprint, const Budget &budget,
-                  double at_most) {
+double find_target_error(const geometry::Mesh &given, const Footprint &footprint, const Budget &budget,
+                         double at_most) {
   constexpr int steps = 6;
   constexpr double near_enough = 0.97;
   // A guess from the measured rms of hulls; a worse guess costs an attempt.
-  constexpr double reach_over_rms = 4;
+  constexpr double target_error_over_rms = 4;
   if (!sound(given)) return 0;
   Report unused;
   std::vector<uint32_t> vertices;
   const geometry::Mesh source = compact(given, without_specks(given, budget, unused), vertices);
   if (!sound(source)) return 0;
-  const double guess = reach_over_rms * budget.pixels * sharpest(source, footprint);
+  const double guess = target_error_over_rms * budget.pixels * sharpest(source, footprint);
   const std::optional<Proxy> proxy =
       std::isfinite(guess) ? proxy_of(source, std::min(at_most, guess)) : std::nullopt;
   const Frame frame(proxy ? proxy->mesh : source, footprint, budget);
   if (!frame.seen()) return 0;
   double good = 0, bad = INFINITY;
-  double reach = std::isfinite(at_most) ? at_most : reach_over_rms * budget.pixels * frame.sharpest();
+  double target_error =
+      std::isfinite(at_most) ? at_most : target_error_over_rms * budget.pixels * frame.sharpest();
   for (int i = 0; i < steps && good < near_enough * bad; i++) {
-    const double error = frame.attempt({reach, 0}).report.error.rms_pixels;
-    (error <= budget.pixels ? good : bad) = reach;
-    if (good >= at_most || (good == reach && error >= near_enough * budget.pixels)) break;
-    // Until a reach is good, go lower than in proportion, or the steps would become ever smaller.
-    const double next =
-        std::min(at_most, reach * std::clamp(budget.pixels / error, 0.25, 4.0) * (good > 0 ? 1 : 0.95));
-    // Between a good and a bad reach, and at neither end, or the search would stop.
-    reach = std::isfinite(bad) && good > 0 ? std::clamp(next, good * 1.01, std::max(good * 1.01, bad * 0.99))
-                                           : next;
+    const double error = frame.attempt({target_error, 0}).report.error.rms_pixels;
+    (error <= budget.pixels ? good : bad) = target_error;
+    if (good >= at_most || (good == target_error && error >= near_enough * budget.pixels)) break;
+    // Until a target error is good, go lower than in proportion, or the steps would become ever smaller.
+    const double next = std::min(at_most, target_error * std::clamp(budget.pixels / error, 0.25, 4.0) *
+                                              (good > 0 ? 1 : 0.95));
+    // Between a good and a bad one, and at neither end, or the search would stop.
+    target_error = std::isfinite(bad) && good > 0
+                       ? std::clamp(next, good * 1.01, std::max(good * 1.01, bad * 0.99))
+                       : next;
   }
   return good;
 }
@@ -462,11 +465,12 @@ bool TopologyRun::try_faces(const Frames &frames, const Budget &budget, const Re
   return true;
 }
 
-TopologyRun::TopologyRun(const Frames &frames, const Budget &budget, double reach) : reports(frames.count) {
+TopologyRun::TopologyRun(const Frames &frames, const Budget &budget, double target_error)
+    : reports(frames.count) {
   geometry::Mesh first = frames.mesh(0);
   large_pieces = first.faces;
   if (sound(first)) large_pieces = first.faces = without_specks(first, budget, dropped);
-  if (!sound(first) || !(reach > 0 || budget.triangles)) return;
+  if (!sound(first) || !(target_error > 0 || budget.triangles)) return;
   const std::vector<uint32_t> alike = alike_throughout(frames, first);
   const Simplifier simplifier(first, alike);
   const Reference like(first, frames.footprint(0));
@@ -475,11 +479,11 @@ TopologyRun::TopologyRun(const Frames &frames, const Budget &budget, double reac
     std::vector<bool> locked;
     double worst = 0;
     for (int round = 0; round < rounds; round++) {
-      faces = simplifier.simplify({reach, budget.triangles}, locked);
+      faces = simplifier.simplify({target_error, budget.triangles}, locked);
       Outliers outliers;
       if (try_faces(frames, budget, like, order, outliers, worst)) {
         for (Report &report : reports) {
-          report.reach = reach;
+          report.target_error = target_error;
           report.dropped_pieces = dropped.dropped_pieces;
           report.dropped_faces = dropped.dropped_faces;
           report.vanished.pieces += dropped.vanished.pieces;
@@ -493,7 +497,7 @@ TopologyRun::TopologyRun(const Frames &frames, const Budget &budget, double reac
       if (!lock_around(first, alike, mesh, vertices, outliers, locked)) break;
     }
     if (budget.triangles) break; // it failed for another reason than the budget
-    reach = shorter(reach, worst, budget);
+    target_error = shorter(target_error, worst, budget);
   }
   faces.clear();
 }

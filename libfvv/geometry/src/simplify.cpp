@@ -19,13 +19,14 @@ Simplifier::Simplifier(const geometry::Mesh &mesh, const std::vector<uint32_t> &
   scale = meshopt_simplifyScale(positions.data(), positions.size() / 3, 3 * sizeof(float));
 }
 
-std::vector<uint32_t> Simplifier::simplify(const Reach &reach, const std::vector<bool> &locked) const {
+std::vector<uint32_t> Simplifier::simplify(const SimplifyTarget &target,
+                                           const std::vector<bool> &locked) const {
   std::vector<uint32_t> loose, kept;
   for (size_t i = 0; i < faces.size(); i++)
     (!locked.empty() && locked[i / 3] ? kept : loose).push_back(faces[i]);
   if (loose.empty() || !(scale > 0)) return faces;
-  const size_t count = 3 * reach.faces > kept.size() ? 3 * reach.faces - kept.size() : 0;
-  const float error = reach.faces ? 1 : float(std::min(reach.error / double(scale), 1.0));
+  const size_t count = 3 * target.faces > kept.size() ? 3 * target.faces - kept.size() : 0;
+  const float error = target.faces ? 1 : float(std::min(target.error / double(scale), 1.0));
   std::vector<uint32_t> out(loose.size());
   // Next to locked faces the others have an open border, which does not move either.
   out.resize(meshopt_simplify(out.data(), loose.data(), loose.size(), positions.data(), positions.size() / 3,

@@ -8,7 +8,7 @@ namespace fvv::decimate {
 
 // How far to go: to an error in the mesh's unit as the simplifier estimates it, or to a number of faces at
 // any error.
-struct Reach {
+struct SimplifyTarget {
   double error = 0;
   size_t faces = 0; // 0: error holds
 };
@@ -28,7 +28,7 @@ public:
 
   // Faces, three vertices each. locked: for each face of the mesh whether it has to stay; empty: none. Locked
   // faces come last.
-  std::vector<uint32_t> simplify(const Reach &reach, const std::vector<bool> &locked) const;
+  std::vector<uint32_t> simplify(const SimplifyTarget &target, const std::vector<bool> &locked) const;
 
 private:
   std::vector<uint32_t> faces;

@@ -219,10 +219,11 @@ DecimationChoice choose_decimation(const Options &options, const scene::Capture 
   } else if (normals.bits && !options.max_error) {
     choice.reason = "normals are sent, and how far they turn is not measured";
   } else {
-    choice.reach = INFINITY;
-    for (size_t i = 0; i < meshes.size() && choice.reach > 0; i++)
-      choice.reach = decimate::find_reach(meshes[i], cameras[i], choice.budget, choice.reach);
-    choice.on = choice.reach > 0;
+    choice.target_error = INFINITY;
+    for (size_t i = 0; i < meshes.size() && choice.target_error > 0; i++)
+      choice.target_error =
+          decimate::find_target_error(meshes[i], cameras[i], choice.budget, choice.target_error);
+    choice.on = choice.target_error > 0;
     choice.reason = choice.on ? "for the budget" : "no decimation keeps the budget, the lattice included";
   }
   return choice;

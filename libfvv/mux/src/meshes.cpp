@@ -114,7 +114,7 @@ void MeshLoader::add_run(Group &group, size_t group_first, size_t first,
   const decimate::Frames frames = {orders.size(), mesh,
                                    [this, first](size_t i) { return cameras(first + i); }};
   std::fill_n(group.run_of.begin() + std::ptrdiff_t(first - group_first), orders.size(), group.runs.size());
-  decimate::TopologyRun run(frames, choice.budget, choice.reach);
+  decimate::TopologyRun run(frames, choice.budget, choice.target_error);
   group.runs.push_back({first, std::move(run), std::move(orders)});
 }
 
@@ -154,7 +154,7 @@ geometry::Mesh MeshLoader::load(size_t i, scene::MeshReport *report,
   const size_t of = group->run_of[i - first];
   decimate::Decimated out;
   if (of == SIZE_MAX) {
-    out = decimate::decimate(mesh, cameras(i), choice.budget, choice.reach);
+    out = decimate::decimate(mesh, cameras(i), choice.budget, choice.target_error);
   } else {
     const DecimatedRun &run = group->runs[of];
     const std::vector<uint32_t> &order = run.orders[i - run.first];

@@ -116,7 +116,7 @@ struct Report {
   size_t faces_before = 0, faces_after = 0;
   double volume_before = 0, volume_after = 0; // cubic metres, signed (enclosed_volume)
   SurfaceError error;                         // of the decimated surface on the lattice
-  double reach = 0;                           // of the simplifier, metres; 0: nothing was decimated
+  double target_error = 0;                    // of the simplifier, metres; 0: nothing was decimated
   size_t locked_faces = 0; // not changed, because max_over_rms would have been exceeded there
   Lost vanished;           // pieces of which nothing is left
   double thin_area = 0;    // square metres of the source further off than max_over_rms allows: thin parts
@@ -130,17 +130,17 @@ struct Decimated {
   Report report;
 };
 
-// reach: where to begin, from find_reach; it is reduced where a frame needs less. A mesh with a coordinate
-// that is not finite, or without area, is returned unchanged, as kept. A mesh that no camera sees is only
-// decimated to a number of triangles.
+// target_error: where to begin, from find_target_error; it is reduced where a frame needs less. A mesh with a
+// coordinate that is not finite, or without area, is returned unchanged, as kept. A mesh that no camera sees
+// is only decimated to a number of triangles.
 Decimated decimate(const geometry::Mesh &source, const Footprint &footprint, const Budget &budget,
-                   double reach);
+                   double target_error);
 
-// The furthest reach of the simplifier, up to at_most, whose error in this frame is within the budget, within
-// some percent; 0: none is. For the minimum over several frames pass the result for one to the next: mostly
-// it is within the budget there too, and a single attempt is enough.
-double find_reach(const geometry::Mesh &source, const Footprint &footprint, const Budget &budget,
-                  double at_most = INFINITY);
+// The largest target error of the simplifier, up to at_most, whose error in this frame is within the budget,
+// within some percent; 0: none is. For the minimum over several frames pass the result for one to the next:
+// mostly it is within the budget there too, and a single attempt is enough.
+double find_target_error(const geometry::Mesh &source, const Footprint &footprint, const Budget &budget,
+                         double at_most = INFINITY);
 
 // ---- frames that share their faces -----------------------------------------------------------------------
 
@@ -157,7 +157,7 @@ class TopologyRun {
 public:
   // The simplifier works on the surface of the first frame; the budget is met in every frame, or the source
   // is kept. Vertices are exactly vertices of the source, so that motion stays as smooth as it was.
-  TopologyRun(const Frames &frames, const Budget &budget, double reach);
+  TopologyRun(const Frames &frames, const Budget &budget, double target_error);
   // frame: its number in the run; source: its mesh.
   Decimated apply(const geometry::Mesh &source, size_t frame) const;
 

@@ -45,7 +45,7 @@ struct DecimationChoice {
   bool on = false;
   decimate::Budget budget;
   double pixel = INFINITY; // metres that the sharpest pixel covers on the first, middle and last mesh
-  double reach = 0;        // of the simplifier, where every frame begins
+  double target_error = 0; // of the simplifier, where every frame begins
   bool is_length = false;  // the budget: budget.pixels are metres
   std::string reason;
 };

@@ -99,8 +99,8 @@ struct Fields {
     a(lattice, reason, pixels, delta_error);
   }
   template <class A> static void of(A &a, DecimationChoice &v) {
-    auto &[on, budget, pixel, reach, is_length, reason] = v;
-    a(on, budget, pixel, reach, is_length, reason);
+    auto &[on, budget, pixel, target_error, is_length, reason] = v;
+    a(on, budget, pixel, target_error, is_length, reason);
   }
   template <class A> static void of(A &a, NormalChoice &v) {
     auto &[bits, reason] = v;
