@@ -104,3 +104,10 @@ def test_the_core_uses_no_cxx_library():
     for path in core:
         for used in used_by(path):
             assert within(used, "libfvv/src") or within(used, "libfvv/include"), path
+
+
+def test_the_neighbours_of_the_core_know_public_headers_alone():
+    neighbours = [row for row in LAYERS if row.startswith("libfvv/") and not row.startswith("libfvv/src/")]
+    assert len(neighbours) > 10
+    inside = {row: [used for used in allowed(row) if not used.endswith("/include")] for row in neighbours}
+    assert not any(inside.values()), inside

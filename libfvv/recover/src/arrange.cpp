@@ -1,8 +1,7 @@
 // The chunks of a group in their order: by the table in GEND, or by times and counters.
 #include "recover/src/group.h"
 
-#include "src/base/bytes.h"
-#include "src/base/layout.h"
+#include "fvv_cxx/untrusted.h"
 
 #include <algorithm>
 #include <map>
@@ -11,36 +10,39 @@
 namespace fvv::recover {
 
 std::optional<Head> parse_head(const fvv_event &event) {
-  if (event.chunk.size != FVV_GRUP_SIZE || !is_regular(event.chunk)) return std::nullopt;
+  namespace at = layout::grup;
+  if (event.chunk.size != at::size || !is_regular(event.chunk)) return std::nullopt;
   const uint8_t *p = event.payload;
-  const Head head = {fvv_get_u32(p + FVV_GRUP_SEQUENCE), fvv_get_u32(p + FVV_GRUP_CONFIGURATION_CRC),
-                     fvv_get_i64(p + FVV_GRUP_START), fvv_get_i64(p + FVV_GRUP_END)};
+  const Head head = {load_u32(p + at::sequence), load_u32(p + at::configuration_crc), load_i64(p + at::start),
+                     load_i64(p + at::end)};
   if (head.start >= head.end || head.start != event.chunk.time) return std::nullopt;
   return head;
 }
 
 std::optional<End> parse_end(const fvv_event &event) {
+  namespace at = layout::gend;
+  namespace of_kind = layout::gend_kind;
   const auto size = static_cast<size_t>(event.chunk.size);
-  if (size < FVV_GEND_SIZE || !is_regular(event.chunk)) return std::nullopt;
+  if (size < at::size || !is_regular(event.chunk)) return std::nullopt;
   const uint8_t *p = event.payload;
-  End end = {fvv_get_u32(p + FVV_GEND_SEQUENCE),
-             fvv_get_u32(p + FVV_GEND_CHUNK_COUNT),
-             fvv_get_u32(p + FVV_GEND_CHAIN_CRC),
+  End end = {load_u32(p + at::sequence),
+             load_u32(p + at::chunk_count),
+             load_u32(p + at::chain_crc),
              event.chunk.time,
              {}};
-  const uint64_t kinds = fvv_get_u32(p + FVV_GEND_KIND_COUNT);
-  const uint64_t table = fvv_get_u32(p + FVV_GEND_TABLE_SIZE);
+  const uint64_t kinds = load_u32(p + at::kind_count);
+  const uint64_t table = load_u32(p + at::table_size);
   if (!end.chunk_count || end.chunk_count > most_chunks) return std::nullopt;
-  if (FVV_GEND_SIZE + kinds * FVV_GEND_KIND_SIZE + table != size) return std::nullopt;
-  const size_t at = FVV_GEND_SIZE + static_cast<size_t>(kinds) * FVV_GEND_KIND_SIZE;
-  fvv_cursor cursor = {p + at, size - at, 0, 0};
+  if (at::size + kinds * of_kind::size + table != size) return std::nullopt;
+  const size_t from = at::size + static_cast<size_t>(kinds) * of_kind::size;
+  Cursor cursor = {p + from, size - from};
   while (cursor.position < cursor.size && !cursor.failed) {
-    const uint64_t kind = fvv_cursor_uleb(&cursor), bytes = fvv_cursor_uleb(&cursor);
-    const int64_t difference = fvv_unzigzag(fvv_cursor_uleb(&cursor));
+    const uint64_t kind = cursor.uleb(), bytes = cursor.uleb();
+    const int64_t difference = cursor.zigzag();
     if (cursor.failed || kind >= kinds) return std::nullopt;
-    const uint8_t *k = p + FVV_GEND_SIZE + kind * FVV_GEND_KIND_SIZE;
-    end.table.push_back({fvv_get_u32(k + FVV_GEND_KIND_TYPE), fvv_get_u16(k + FVV_GEND_KIND_TRACK),
-                         k[FVV_GEND_KIND_FLAGS], bytes, difference});
+    const uint8_t *k = p + at::size + kind * of_kind::size;
+    end.table.push_back(
+        {load_u32(k + of_kind::type), load_u16(k + of_kind::track), k[of_kind::flags], bytes, difference});
   }
   if (cursor.failed || end.table.size() + 1 != end.chunk_count) return std::nullopt;
   return end;
@@ -185,11 +187,12 @@ std::optional<Head> prove_head(const std::vector<Chunk> &found, const End &end,
   const Slots slots = by_table(found, head.start, end);
   for (const uint32_t digest : digests) {
     head.digest = digest;
-    uint8_t payload[FVV_GRUP_SIZE];
-    fvv_put_u32(payload + FVV_GRUP_SEQUENCE, head.sequence);
-    fvv_put_u32(payload + FVV_GRUP_CONFIGURATION_CRC, digest);
-    fvv_put_i64(payload + FVV_GRUP_START, head.start);
-    fvv_put_i64(payload + FVV_GRUP_END, head.end);
+    namespace at = layout::grup;
+    uint8_t payload[at::size];
+    store_u32(payload + at::sequence, head.sequence);
+    store_u32(payload + at::configuration_crc, digest);
+    store_u64(payload + at::start, static_cast<uint64_t>(head.start));
+    store_u64(payload + at::end, static_cast<uint64_t>(head.end));
     fvv_chunk_header group = {};
     group.type = FVV_CHUNK_GROUP;
     group.flags = FVV_FLAG_CRITICAL | FVV_FLAG_KEY;

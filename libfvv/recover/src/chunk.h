@@ -3,12 +3,13 @@
 
 #include "fvv/stream.h"
 #include "fvv_cxx/input_file.h"
+#include "fvv_cxx/layout.h"
 
 #include <vector>
 
 namespace fvv::recover {
 
-enum class Place { unknown, configuration, group, frame, end };
+using Place = layout::ChunkPlace;
 Place place_of(uint32_t type, uint8_t flags);
 
 // Whether flags, track and time are those of the type (clauses 4.2 and 4.6): a writer would put right what is

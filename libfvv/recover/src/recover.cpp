@@ -2,7 +2,6 @@
 #include "fvv_recover/recover.h"
 
 #include "recover/src/trial.h"
-#include "src/base/layout.h"
 
 #include <algorithm>
 #include <cstring>
@@ -60,7 +59,7 @@ private:
   static fvv_status take(void *user, const void *bytes, size_t size) {
     auto &self = *static_cast<Output *>(user);
     try {
-      const bool is_header = self.at == 0 && size == FVV_FILE_HEADER_SIZE && self.header;
+      const bool is_header = self.at == 0 && size == layout::file_header::size && self.header;
       const void *out = is_header ? self.header->data() : bytes;
       self.at += size;
       if (fvv_checker_push(self.checker.get(), out, size) == FVV_ERROR_MEMORY) throw std::bad_alloc();

@@ -1,7 +1,6 @@
 #include "recover/src/scan.h"
 
-#include "src/base/bytes.h"
-#include "src/base/layout.h"
+#include "fvv_cxx/untrusted.h"
 
 #include <algorithm>
 
@@ -38,7 +37,7 @@ bool Scanner::next(fvv_event &event) {
     fvv_diagnostic why = {};
     const fvv_status status = fvv_reader_next(reader.get(), &event, &why);
     if (status == FVV_OK && event.kind == FVV_EVENT_HEADER) {
-      std::array<uint8_t, FVV_FILE_HEADER_SIZE> bytes;
+      std::array<uint8_t, layout::file_header::size> bytes;
       const fvv_input input = file.input();
       if (input.read_at(input.user, 0, bytes.data(), bytes.size()) == FVV_OK) header = bytes;
     }
@@ -91,16 +90,19 @@ private:
 };
 
 void read_index(const fvv_event &event, Survey &out) {
+  namespace at = layout::indx;
+  namespace of_block = layout::indx_block;
+  namespace of_entry = layout::indx_entry;
   const uint8_t *payload = event.payload;
   const uint64_t size = event.chunk.size;
-  if (size < FVV_INDX_SIZE) return;
-  const uint64_t groups = fvv_get_u32(payload + FVV_INDX_GROUP_COUNT);
-  const uint64_t blocks = fvv_get_u32(payload + FVV_INDX_BLOCK_COUNT);
-  if (size != FVV_INDX_SIZE + blocks * FVV_INDX_BLOCK_SIZE + groups * FVV_INDX_ENTRY_SIZE) return;
-  const uint8_t *entry = payload + FVV_INDX_SIZE + blocks * FVV_INDX_BLOCK_SIZE;
+  if (size < at::size) return;
+  const uint64_t groups = load_u32(payload + at::group_count);
+  const uint64_t blocks = load_u32(payload + at::block_count);
+  if (size != at::size + blocks * of_block::size + groups * of_entry::size) return;
+  const uint8_t *entry = payload + at::size + blocks * of_block::size;
   uint64_t frames = 0;
-  for (uint64_t i = 0; i < groups; i++, entry += FVV_INDX_ENTRY_SIZE)
-    frames += fvv_get_u32(entry + FVV_INDX_ENTRY_FRAME_COUNT);
+  for (uint64_t i = 0; i < groups; i++, entry += of_entry::size)
+    frames += load_u32(entry + of_entry::frame_count);
   out.frames = frames;
   out.groups = groups;
 }

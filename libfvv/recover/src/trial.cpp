@@ -1,7 +1,5 @@
 #include "recover/src/trial.h"
 
-#include "src/base/layout.h"
-
 #include <algorithm>
 
 namespace fvv::recover {

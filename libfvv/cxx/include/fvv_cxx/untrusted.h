@@ -35,8 +35,20 @@ inline uint16_t load_u16(const uint8_t *p) {
 inline uint32_t load_u32(const uint8_t *p) {
   return p[0] | uint32_t(p[1]) << 8 | uint32_t(p[2]) << 16 | uint32_t(p[3]) << 24;
 }
+inline int64_t load_i64(const uint8_t *p) {
+  const uint64_t bits = load_u32(p) | uint64_t(load_u32(p + 4)) << 32;
+  int64_t value;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+inline void store_u16(uint8_t *p, uint16_t value) {
+  for (int i = 0; i < 2; i++) p[i] = static_cast<uint8_t>(value >> (8 * i));
+}
 inline void store_u32(uint8_t *p, uint32_t value) {
   for (int i = 0; i < 4; i++) p[i] = static_cast<uint8_t>(value >> (8 * i));
+}
+inline void store_u64(uint8_t *p, uint64_t value) {
+  for (int i = 0; i < 8; i++) p[i] = static_cast<uint8_t>(value >> (8 * i));
 }
 inline void store_f64(uint8_t *p, double value) {
   uint64_t bits;
@@ -73,6 +85,13 @@ struct Cursor {
     }
     failed = true;
     return 0;
+  }
+  // Zigzag: 0 1 2 3 4 ... become 0 -1 1 -2 2 ...
+  int64_t zigzag() {
+    const uint64_t coded = uleb(), bits = coded >> 1 ^ (coded & 1 ? UINT64_MAX : 0);
+    int64_t value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
   }
 };
 
