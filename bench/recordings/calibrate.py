@@ -20,8 +20,8 @@ def calibrate() -> dict:
     rotation and translation; the scale is that of the board."""
     import cv2
     import room
-    from fvv.capture import calibrate as calibration
-    from fvv.capture.calibrate.recordings import recordings_of
+    from fvv_capture import calibrate as calibration
+    from fvv_capture.calibrate.recordings import recordings_of
 
     generator = numpy.random.default_rng(1)
     board = calibration.Board(9, 6, 0.12, 0.09, "4X4_100")

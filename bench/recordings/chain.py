@@ -54,7 +54,7 @@ def tool(name: str, *arguments: object) -> str:
 
 
 def fvvcapture(*arguments: object) -> str:
-    return called([sys.executable, "-m", "fvv.capture", *arguments])
+    return called([sys.executable, "-m", "fvv_capture", *arguments])
 
 
 def similarity(source: np.ndarray, target: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

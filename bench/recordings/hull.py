@@ -63,7 +63,7 @@ def temple_silhouette(picture):
 def middlebury_temple():
     """Cameras and masks of the statue, and a box around it: that of the data's README with a margin."""
     import numpy
-    from fvv.capture.cameras import read_calibration
+    from fvv_capture.cameras import read_calibration
 
     folder = DATA / "middlebury_temple/templeRing"
     cameras = read_calibration(folder / "templeR_par.txt", units="metres", size=(640, 480)).cameras
@@ -75,7 +75,7 @@ def middlebury_temple():
 def generated(name, *options):
     """Cameras and masks of a frame of fvvsynth, and the path of its true mesh."""
     import numpy
-    from fvv.capture.cameras import read_calibration
+    from fvv_capture.cameras import read_calibration
     from PIL import Image
 
     folder = WORK / name
@@ -96,7 +96,7 @@ def measured(cameras, masks, box, options, truth=None):
     import fvv
     import numpy
     import trimesh
-    from fvv.capture import hull
+    from fvv_capture import hull
 
     found = hull.carve(cameras, masks, box, hull.HullOptions(**options))
     ious = hull.silhouette_iou(found.positions, found.indices, cameras, masks)
@@ -148,7 +148,7 @@ def keyed_and_carved():
         command = [
             sys.executable,
             "-m",
-            "fvv.capture",
+            "fvv_capture",
             recordings,
             "--plate",
             plates,
@@ -177,7 +177,7 @@ def keyed_and_carved():
 
 def figures():
     """What the part "hull" of ./run bench prints; without the figures of real sets that are not there."""
-    from fvv.capture import hull
+    from fvv_capture import hull
 
     out = {}
     if (DATA / "wd2_human20").exists():
@@ -209,7 +209,7 @@ def figures():
 
 def sweep(cells):
     """For each cell the figures of the generated clip and the time of its hull."""
-    from fvv.capture import hull
+    from fvv_capture import hull
 
     cameras, masks, truth = clip()
     box = hull.bounds(cameras, masks, least_views=CLIP["least_views"], floor=GROUND)

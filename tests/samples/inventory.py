@@ -33,7 +33,7 @@ HOW = {
     ("docs/calibration.md", "fvvimport capture"): EACH_LINE,
     ("docs/fuzzing.md", "./run fuzz"): ELSEWHERE + "continuous integration itself",
     ("docs/fvvcapture-calibrate.md", "fvvcapture calibrate"): OPTIONS,
-    ("docs/fvvcapture-hull.md", "from fvv.capture"): COMPILED,
+    ("docs/fvvcapture-hull.md", "from fvv_capture"): COMPILED,
     ("docs/fvvcapture.md", "pip install .[capture]"): OPTIONS,
     ("docs/fvvcapture.md", "fvvcapture shoot/performance"): OPTIONS,
     ("docs/fvvcapture.md", "fvvcapture videos"): OPTIONS,

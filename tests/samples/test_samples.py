@@ -255,7 +255,7 @@ def commands(text):
 
 @pytest.mark.parametrize("sample", of(OPTIONS))
 def test_options(sample):
-    from fvv.capture.arguments import calibrate_parser, capture_parser
+    from fvv_capture.arguments import calibrate_parser, capture_parser
 
     parsed = 0
     for name, *arguments in commands(sample.text):

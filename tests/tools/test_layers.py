@@ -1,5 +1,6 @@
 """The layers of tests/layers.json: no file uses a folder that its own folder may not use."""
 
+import ast
 import json
 import pathlib
 import re
@@ -44,7 +45,7 @@ def used_by(path):
                 yield found.resolve()
     elif path.suffix == ".py":
         for name in re.findall(r"^\s*(?:from|import)\s+\.?(\w[\w.]*)", text, re.M):
-            for root in [path.parent, ROOT, ROOT / "conformance"]:
+            for root in [path.parent, ROOT, ROOT / "conformance", ROOT / "bindings/python"]:
                 candidate = root / name.replace(".", "/")
                 found = next(
                     (c for c in [candidate.with_suffix(".py"), candidate / "__init__.py"] if c.is_file()),
@@ -111,3 +112,26 @@ def test_the_neighbours_of_the_core_know_public_headers_alone():
     assert len(neighbours) > 10
     inside = {row: [used for used in allowed(row) if not used.endswith("/include")] for row in neighbours}
     assert not any(inside.values()), inside
+
+
+def test_fvv_capture_uses_the_public_names_of_fvv_alone():
+    """No module or name of fvv that begins with an underscore, and nothing relative that leaves the package."""
+    folder = ROOT / "bindings/python/fvv_capture"
+    seen, wrong = 0, []
+    for path in sorted(folder.rglob("*.py")):
+        depth = len(path.relative_to(folder).parts)
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom):
+                names = [*(node.module or "").split("."), *(alias.name for alias in node.names)]
+                ours = node.level == 0 and names[0] == "fvv"
+                wrong += [f"{path.name}: {node.lineno}"] * (node.level > depth)
+            elif isinstance(node, ast.Import):
+                names = [part for alias in node.names for part in alias.name.split(".")]
+                ours = names[0] == "fvv"
+            else:
+                continue
+            seen += ours
+            if ours and any(name.startswith("_") and not name.startswith("__") for name in names):
+                wrong.append(f"{path.name}: {node.lineno}")
+    assert seen > 30
+    assert wrong == []

@@ -443,7 +443,7 @@ def test_threads_share_a_clip_and_may_close_it(players):
 def test_types():
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "--cache-dir", os.devnull,
-         ROOT / "bindings/python/fvv", ROOT / "bindings/python/tests/typed_use.py"],
+         ROOT / "bindings/python/fvv", ROOT / "bindings/python/fvv_capture", ROOT / "bindings/python/tests/typed_use.py"],
         capture_output=True, text=True, cwd=ROOT / "bindings/python",
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr

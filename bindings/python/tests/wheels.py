@@ -16,7 +16,7 @@ MOST_MIB = 3
 
 USE = """
 import pathlib, sys
-import fvv
+import fvv, fvv.hulls, fvv_capture.arguments, fvv_capture.cameras
 
 assert "site-packages" in fvv.__file__, fvv.__file__
 vectors = [pathlib.Path(name) for name in sys.argv[1:]]

@@ -7,10 +7,10 @@ import sys
 import types
 
 folder = pathlib.Path(sys.argv[1])
-for name, path in (("fvv", folder), ("fvv.capture", folder / "capture")):
+for name, path in (("fvv", folder), ("fvv_capture", folder.parent / "fvv_capture")):
     sys.modules[name] = types.ModuleType(name)
     sys.modules[name].__path__ = [str(path)]
 
-from fvv.capture.arguments import calibrate_parser, capture_parser  # noqa: E402
+from fvv_capture.arguments import calibrate_parser, capture_parser  # noqa: E402
 
 print(json.dumps([parser("").as_json() for parser in (capture_parser, calibrate_parser)]))

@@ -1,8 +1,8 @@
-"""python -m fvv.capture"""
+"""python -m fvv.capture: the former name of python -m fvv_capture."""
 
 import sys
 
-from .command import main
+from fvv_capture.command import main
 
 if __name__ == "__main__":  # not in the processes of --jobs, which import this module
     sys.exit(main(sys.argv[1:]))

@@ -1,4 +1,4 @@
-// Pictures, masks and sound of a recording, read as fvvmux reads them, for fvv/capture.
+// Pictures, masks and sound of a recording, read as fvvmux reads them, for fvv_capture.
 #pragma once
 
 #include <pybind11/pybind11.h>

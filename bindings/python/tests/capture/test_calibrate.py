@@ -1,4 +1,4 @@
-"""fvv.capture.calibrate on pictures and corners that are generated, whose truth is known."""
+"""fvv_capture.calibrate on pictures and corners that are generated, whose truth is known."""
 
 import dataclasses
 import json
@@ -18,8 +18,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 
 import room  # noqa: E402
 from conftest import ROOT, tool  # noqa: E402
-from fvv.capture.arguments import calibrate_parser  # noqa: E402
-from fvv.capture.calibrate import (  # noqa: E402
+from fvv.errors import Error, UsageError  # noqa: E402
+from fvv_capture.arguments import calibrate_parser  # noqa: E402
+from fvv_capture.calibrate import (  # noqa: E402
     Board,
     Corners,
     Options,
@@ -29,17 +30,16 @@ from fvv.capture.calibrate import (  # noqa: E402
     track,
     write_calibration,
 )
-from fvv.capture.calibrate import command as calibrate_command  # noqa: E402
-from fvv.capture.calibrate.adjustment import adjust  # noqa: E402
-from fvv.capture.calibrate.boards import parse_board  # noqa: E402
-from fvv.capture.calibrate.calibration import detect  # noqa: E402
-from fvv.capture.calibrate.files import description, from_description  # noqa: E402
-from fvv.capture.calibrate.lenses import choose  # noqa: E402
-from fvv.capture.calibrate.poses import Pose, camera_poses  # noqa: E402
-from fvv.capture.calibrate.recordings import Recording, recordings_of  # noqa: E402
-from fvv.capture.calibrate.report import picture, report  # noqa: E402
-from fvv.capture.calibrate.world import place  # noqa: E402
-from fvv.errors import Error, UsageError  # noqa: E402
+from fvv_capture.calibrate import command as calibrate_command  # noqa: E402
+from fvv_capture.calibrate.adjustment import adjust  # noqa: E402
+from fvv_capture.calibrate.boards import parse_board  # noqa: E402
+from fvv_capture.calibrate.calibration import detect  # noqa: E402
+from fvv_capture.calibrate.files import description, from_description  # noqa: E402
+from fvv_capture.calibrate.lenses import choose  # noqa: E402
+from fvv_capture.calibrate.poses import Pose, camera_poses  # noqa: E402
+from fvv_capture.calibrate.recordings import Recording, recordings_of  # noqa: E402
+from fvv_capture.calibrate.report import picture, report  # noqa: E402
+from fvv_capture.calibrate.world import place  # noqa: E402
 
 CHARUCO = Board(9, 6, 0.12, 0.09, "4X4_100")
 LENSES = [

@@ -7,7 +7,7 @@ import sys
 import fvv
 import numpy
 from conftest import tool
-from fvv.capture.cameras import read_calibration
+from fvv_capture.cameras import read_calibration
 
 FRAMES = 16
 CAMERAS = ("head0", "head1", "oval0", "oval1", "oval3", "oval5", "oval7")
@@ -26,7 +26,7 @@ def test_films_become_a_stream_in_one_command(tmp_path):
                board["square"], "--marker", board["marker"], "--dictionary", board["dictionary"], "--plate",
                shoot / "plate", "--synchronise", "sound", "--frames", "8-", "--cell", "25mm", "--least-views", 4, "--json", "--mux", "scale=0.5", "-o", tmp_path / "players.fvv"]  # fmt: skip
     done = subprocess.run(
-        [sys.executable, "-m", "fvv.capture", *map(str, command)], capture_output=True, text=True, timeout=500
+        [sys.executable, "-m", "fvv_capture", *map(str, command)], capture_output=True, text=True, timeout=500
     )
     # 3: cameras whose board was near the middle alone are named.
     assert done.returncode in (0, 3), done.stderr

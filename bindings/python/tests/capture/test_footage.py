@@ -9,8 +9,8 @@ import cv2
 import numpy
 import pytest
 from fvv import _core
-from fvv.capture import footage
 from fvv.errors import DamagedError, UsageError
+from fvv_capture import footage
 
 
 def shade(i):

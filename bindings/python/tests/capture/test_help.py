@@ -9,13 +9,13 @@ import sys
 import fvv
 import pytest
 from conftest import ROOT
-from fvv.capture.arguments import calibrate_parser, capture_parser
+from fvv_capture.arguments import calibrate_parser, capture_parser
 
 COMMANDS = pytest.mark.parametrize("name", ["fvvcapture", "fvvcapture calibrate"])
 
 
 def called(name, *arguments):
-    program = [sys.executable, "-m", "fvv.capture", *name.split()[1:], *arguments]
+    program = [sys.executable, "-m", "fvv_capture", *name.split()[1:], *arguments]
     return subprocess.run(program, capture_output=True, text=True, timeout=60)
 
 
@@ -115,7 +115,7 @@ def test_a_value_that_is_missing_is_an_error(arguments, capsys):
 @pytest.mark.skipif(not shutil.which("mandoc"), reason="needs mandoc")
 def test_a_manual_page_and_completions_can_be_made(tmp_path):
     program = tmp_path / "fvvcapture"
-    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m fvv.capture "$@"\n')
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m fvv_capture "$@"\n')
     program.chmod(0o755)
     script = [sys.executable, ROOT / "tools/manual/manual.py", "--date", "2026-01-01", tmp_path, program]
     subprocess.run(script, check=True)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import trimesh
 from conftest import ROOT, tool
-from fvv.capture import hull
-from fvv.capture.cameras import read_calibration, recognise
+from fvv_capture import hull
+from fvv_capture.cameras import read_calibration, recognise
 from PIL import Image
 
 sys.path.append(str(ROOT / "bench"))

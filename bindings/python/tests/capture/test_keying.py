@@ -10,8 +10,8 @@ import fvv
 import numpy
 import pytest
 from conftest import ROOT, tool
-from fvv.capture import backing, clean_plate, keying, sheet
 from fvv.errors import UsageError
+from fvv_capture import backing, clean_plate, keying, sheet
 
 W, H = 480, 270
 GREEN = (58, 152, 74)

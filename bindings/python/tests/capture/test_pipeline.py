@@ -15,8 +15,8 @@ import jsonschema
 import numpy
 import pytest
 from conftest import ROOT, tool
-from fvv.capture import command
-from fvv.capture.process import Request, process
+from fvv_capture import command
+from fvv_capture.process import Request, process
 
 CAMERAS = 6
 FRAMES = 10
@@ -69,7 +69,7 @@ def shoot(tmp_path_factory):
 def run(*arguments, code=0):
     """Runs fvvcapture as a program. code: None for any."""
     done = subprocess.run(
-        [sys.executable, "-m", "fvv.capture", *map(str, arguments)],
+        [sys.executable, "-m", "fvv_capture", *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=300,

@@ -4,9 +4,9 @@ import wave
 
 import numpy
 import pytest
-from fvv.capture import synchronise
-from fvv.capture.synchronise import Signal
 from fvv.errors import UsageError
+from fvv_capture import synchronise
+from fvv_capture.synchronise import Signal
 
 RATE = 25.0
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..help import Parser, Section
+from fvv.help import Parser, Section
+
 from .choices import CALIBRATION_FORMATS, LENSES, UPS
 
 EXAMPLES = [

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy
+from fvv.errors import Error
+from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-from ...errors import Error
-from ...interop.optional_import import optional_import
 from .boards import Board, Corners
 from .lenses import Lens, pose_of
 

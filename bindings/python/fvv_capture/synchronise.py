@@ -14,11 +14,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy
+from fvv import recordings
+from fvv.errors import UsageError
+from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
-
-from .. import _core
-from ..errors import UsageError
-from ..interop.optional_import import optional_import
 
 cv2: Any = optional_import("cv2", "capture")
 signal: Any = optional_import("scipy.signal", "capture")
@@ -60,7 +59,7 @@ class Offset:
 def sound_signal(path: str) -> Signal:
     """Onsets of the sound of a file: how much louder each half millisecond is than the 20 ms before it, in logarithm, so that
     microphones at other distances give alike signals."""
-    rate, start, samples = _core.sound(path)
+    rate, start, samples = recordings.sound(path)
     mono = samples.mean(axis=1)
     step = rate // ENVELOPE_RATE
     mono = mono[: len(mono) // step * step]
@@ -207,7 +206,7 @@ def measure(
     for done, name in enumerate(names):
         if method == "sound":
             path = sound_of(name)
-            if not _core.has_sound(path):
+            if not recordings.has_sound(path):
                 raise UsageError(f"{path}: has no sound to synchronise by", file=path)
             signals[name] = sound_signal(path)
         else:

@@ -6,10 +6,10 @@ import json
 from typing import Any
 
 import numpy
+from fvv.errors import Error, UsageError
+from fvv.interop.optional_import import optional_import
+from fvv.outputs import FileOutput, FolderOutput
 
-from ...errors import Error, UsageError
-from ...interop.optional_import import optional_import
-from ...outputs import FileOutput, FolderOutput
 from ..choices import CALIBRATION_FORMATS
 from .calibration import CalibratedCamera, Calibration, Moment
 from .lenses import Lens

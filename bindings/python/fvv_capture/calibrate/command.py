@@ -7,8 +7,9 @@ import json
 import os
 import sys
 
-from ...command import DONE, LOSS
-from ...errors import UsageError
+from fvv.command import DONE, LOSS
+from fvv.errors import UsageError
+
 from ..progress import Show
 from .boards import parse_board
 from .calibration import Calibration, Options, Progress, calibrate

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy
+from fvv.interop.optional_import import optional_import
 
-from ..interop.optional_import import optional_import
 from .arrays import Floats
 
 cv2: Any = optional_import("cv2", "capture")

@@ -12,11 +12,9 @@ from collections.abc import Sequence
 from typing import Any, Union
 
 import numpy
+from fvv import Camera, hulls
+from fvv.errors import UsageError
 from numpy.typing import ArrayLike, NDArray
-
-from .. import _core
-from .._core import Camera
-from ..errors import UsageError
 
 Mask = Union[NDArray[Any], None]
 #: Lowest and highest corner of a box along the axes of the world, (3,) metres each.
@@ -61,7 +59,7 @@ class HullOptions:
         if not self.tolerance >= 0:
             raise UsageError(f"tolerance: expected 0 or more pixels, found {self.tolerance}")
 
-    def _for_core(self) -> dict[str, Any]:
+    def _as_dict(self) -> dict[str, Any]:
         floor = None
         if self.floor is not None:
             up = numpy.asarray(self.floor[0], numpy.float64)
@@ -146,7 +144,7 @@ def bounds(
     carves it coarsely again and again. cameras, masks, and other arguments: as `carve` and `HullOptions` have them.
     `Error` when nothing is inside."""
     options = HullOptions(missed=missed, least_views=least_views, floor=floor)
-    low, high = _core.hull_bounds(*_prepared(cameras, masks), options._for_core())
+    low, high = hulls.hull_bounds(*_prepared(cameras, masks), options._as_dict())
     return numpy.array(low), numpy.array(high)
 
 
@@ -176,7 +174,7 @@ def carve(
             )
         corners = low.tolist(), high.tolist()
     max_error = options.max_error if options.max_error or options.cell else DEFAULT_ERROR
-    made = _core.hull_carve(*_prepared(cameras, masks), corners, options.cell, max_error, options._for_core())
+    made = hulls.hull_carve(*_prepared(cameras, masks), corners, options.cell, max_error, options._as_dict())
     grid = Grid(
         numpy.array(made["origin"]),
         made["cell"],
@@ -192,7 +190,7 @@ def coverage(positions: ArrayLike, indices: ArrayLike, camera: Camera) -> NDArra
     """(height, width) of the camera's picture: 255 where the mesh covers the centre of a pixel, else 0.
 
     positions: (V, 3) metres; indices: (F, 3). Faces count from both sides."""
-    return _core.coverage(_mesh(positions, indices), camera)
+    return hulls.coverage(_mesh(positions, indices), camera)
 
 
 def silhouette_iou(
@@ -200,4 +198,4 @@ def silhouette_iou(
 ) -> list[float | None]:
     """For each camera the intersection over union of its mask and what the mesh covers; None for a camera without a mask,
     and when both are empty."""
-    return _core.silhouette_iou(_mesh(positions, indices), *_prepared(cameras, masks))
+    return hulls.silhouette_iou(_mesh(positions, indices), *_prepared(cameras, masks))

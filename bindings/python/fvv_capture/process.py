@@ -13,12 +13,11 @@ from fractions import Fraction
 from typing import Any
 
 import numpy
+from fvv import mux, recordings
+from fvv.errors import DamagedError, Error, LossWarning, UsageError
+from fvv.interop.optional_import import optional_import
+from fvv.outputs import FileOutput, FolderOutput
 
-from .. import _core
-from ..errors import DamagedError, Error, LossWarning, UsageError
-from ..interop.optional_import import optional_import
-from ..outputs import FileOutput, FolderOutput
-from ..writer import mux
 from . import footage, pipeline, synchronise
 from .cameras import Calibration, read_calibration
 from .footage import Recording, Timeline
@@ -185,7 +184,7 @@ def _held_out(
             _mux(described, clip, request, shoot.numbers, notes, progress)
         else:
             stream.flush()
-        reader = _core.Footage(text, described)
+        reader = recordings.Footage(text, described)
         return leave_one_out(clip, reader, pipeline.spread(shoot.numbers, request.held_out), progress)
     finally:
         os.unlink(described)

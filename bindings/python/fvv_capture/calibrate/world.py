@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Mapping
 
 import numpy
+from fvv.errors import Error, UsageError
 from numpy.typing import NDArray
 
-from ...errors import Error, UsageError
 from ..choices import UPS
 from .boards import Board
 from .poses import Pose

@@ -10,10 +10,11 @@ import tempfile
 from fractions import Fraction
 from typing import Any
 
-from .. import __version__
-from ..command import DONE, LOSS, exit_code
-from ..errors import UsageError
-from ..interop.optional_import import optional_import
+from fvv import __version__
+from fvv.command import DONE, LOSS, exit_code
+from fvv.errors import UsageError
+from fvv.interop.optional_import import optional_import
+
 from .arguments import calibrate_parser, capture_parser
 from .progress import Show
 
@@ -175,7 +176,8 @@ def _calibrate(given: argparse.Namespace, path: str, show: Show) -> str:
 
 
 def _make(given: argparse.Namespace, show: Show) -> int:
-    from ..outputs import FileOutput
+    from fvv.outputs import FileOutput
+
     from .process import process
     from .report import chart, text
 

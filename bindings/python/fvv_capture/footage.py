@@ -15,10 +15,9 @@ from fractions import Fraction
 from typing import Any
 
 import numpy
+from fvv import recordings
+from fvv.errors import DamagedError, UsageError
 from numpy.typing import NDArray
-
-from .. import _core
-from ..errors import DamagedError, UsageError
 
 VIDEOS = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts", ".wmv")
 STILLS = (".png", ".jpg", ".jpeg", ".exr")
@@ -84,12 +83,12 @@ def _folder(path: str, name: str) -> Recording | None:
     if width > 9 or any(len(text) != max(width, len(str(number))) for number, text in numbers):
         raise UsageError(f"{path}: expected numbers of one width of at most 9 digits", file=path)
     pattern = os.path.join(path, before).replace("%", "%%") + digits + after.replace("%", "%%")
-    size = _core.picture_size(os.path.join(path, files[0]))
+    size = recordings.picture_size(os.path.join(path, files[0]))
     return Recording(name, path, size, len(values), pattern, values[0])
 
 
 def _video(path: str, name: str) -> Recording:
-    facts = _core.video_facts(path)
+    facts = recordings.video_facts(path)
     ticks = facts["ticks"]
     return Recording(
         name,

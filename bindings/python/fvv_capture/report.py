@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy
+from fvv import open as open_clip
+from fvv import recordings, render
+from fvv.errors import UsageError
+from fvv.interop.optional_import import optional_import
 
-from .. import _core
-from .. import open as open_clip
-from ..errors import UsageError
-from ..interop.optional_import import optional_import
-from ..view import render
 from .pipeline import FrameResult, Progress
 
 cv2: Any = optional_import("cv2", "capture")
@@ -82,7 +81,7 @@ def flicker(volumes: Sequence[float]) -> float | None:
 
 
 def leave_one_out(
-    clip_path: str, footage: _core.Footage, numbers: Sequence[int], progress: Progress
+    clip_path: str, footage: recordings.Footage, numbers: Sequence[int], progress: Progress
 ) -> list[dict[str, Any]]:
     """Each camera at each of those frames, drawn from the pictures of the others, against its own: PSNR in dB over the pixels of
     its mask (the mesh is made with the camera's mask; its picture is not used), and the share of them that the mesh does not

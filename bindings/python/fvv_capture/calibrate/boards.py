@@ -6,10 +6,9 @@ import dataclasses
 from typing import Any
 
 import numpy
+from fvv.errors import UsageError
+from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
-
-from ...errors import UsageError
-from ...interop.optional_import import optional_import
 
 Floats = NDArray[numpy.float64]
 Bytes = NDArray[numpy.uint8]

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy
+from fvv.interop.optional_import import optional_import
 
-from ..interop.optional_import import optional_import
 from .arrays import Floats, Mask, Picture
 
 cv2: Any = optional_import("cv2", "capture")

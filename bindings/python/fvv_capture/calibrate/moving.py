@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy
+from fvv.errors import Error, UsageError
+from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-from ...errors import Error, UsageError
-from ...interop.optional_import import optional_import
 from .calibration import FEWEST_STILL, CalibratedCamera, Calibration, Moment, Progress
 from .lenses import Lens
 from .poses import Pose

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy
+from fvv.errors import UsageError
+from fvv.interop.optional_import import optional_import
 
-from ..errors import UsageError
-from ..interop.optional_import import optional_import
 from .arrays import Picture
 from .keying import Key
 

@@ -10,9 +10,8 @@ import pathlib
 from collections.abc import Sequence
 from typing import Any, Union
 
-from .. import _core
-from .._core import Camera
-from ..errors import Error, UsageError
+from fvv import Camera, recordings
+from fvv.errors import Error, UsageError
 
 #: Names of formats, as `fvvimport` has them, and "fvv" for a capture.json and for what `fvvcapture calibrate` writes.
 FORMATS = "fvv", "colmap", "krt", "middlebury", "nerfstudio", "opencv", "panoptic", "qualisys"
@@ -174,7 +173,7 @@ def read_calibration(
             raise UsageError(f"units: expected for other formats only, {paths[0]} has its own")
         return _read_fvv(paths[0])
     files = [file for one in paths for file in _files(one, format)]
-    cameras, own_metres = _core.read_calibration(format, files, size or (1, 1))
+    cameras, own_metres = recordings.read_calibration(format, files, size or (1, 1))
     if units is None:
         metres = own_metres or None
     if metres is not None and metres != 1:
@@ -222,7 +221,7 @@ def _read_fvv(path: pathlib.Path) -> Calibration:
         "units": "metres",
         "cameras": [{**entry, "pictures": f"{i}-%d.png"} for i, entry in enumerate(entries)],
     }
-    cameras = _core.Footage(json.dumps(text), str(file)).cameras
+    cameras = recordings.Footage(json.dumps(text), str(file)).cameras
     names = [entry.get("name") or f"camera {entry['id']}" for entry in entries]
     return Calibration(
         cameras,

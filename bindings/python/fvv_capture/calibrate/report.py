@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy
+from fvv.interop.optional_import import optional_import
+from fvv.outputs import FolderOutput
 from numpy.typing import NDArray
 
-from ...interop.optional_import import optional_import
-from ...outputs import FolderOutput
 from .calibration import CELLS, CalibratedCamera, Calibration
 
 cv2: Any = optional_import("cv2", "capture")

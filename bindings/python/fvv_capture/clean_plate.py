@@ -12,9 +12,9 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy
+from fvv.errors import UsageError
+from fvv.interop.optional_import import optional_import
 
-from ..errors import UsageError
-from ..interop.optional_import import optional_import
 from .arrays import Flags, Floats, Picture
 from .colours import ColourModel
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy
+from fvv import Camera
+from fvv.errors import UsageError
+from fvv.interop.optional_import import optional_import
 from numpy.typing import ArrayLike
 
-from .._core import Camera
-from ..errors import UsageError
-from ..interop.optional_import import optional_import
 from .arrays import Flags, Floats, Mask, Picture
 from .backing import Backing, measured_backing, smoothed
 from .clean_plate import COVERED, Plate, checked, drift, small

@@ -16,12 +16,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Callable
 
 import numpy
+from fvv import Camera, recordings
+from fvv.errors import Error, UsageError
+from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-from .. import _core
-from .._core import Camera
-from ..errors import Error, UsageError
-from ..interop.optional_import import optional_import
 from . import hull
 from .clean_plate import median_plate, plate_of
 from .keying import Key, Keyer, KeyOptions, volume_matte
@@ -78,13 +77,13 @@ class FrameResult:
     empty: bool  #: No mesh: nothing is inside the silhouettes.
 
 
-def open_footage(description: str) -> _core.Footage:
+def open_footage(description: str) -> recordings.Footage:
     """The reader of a capture.json whose names of files are absolute, so that its own place does not count."""
-    return _core.Footage(description, os.path.join(os.sep, "capture.json"))
+    return recordings.Footage(description, os.path.join(os.sep, "capture.json"))
 
 
 @functools.lru_cache(maxsize=2)
-def _footage(description: str) -> _core.Footage:
+def _footage(description: str) -> recordings.Footage:
     """One of a process: it keeps videos open."""
     return open_footage(description)
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy
+from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-from ...interop.optional_import import optional_import
 from .boards import FEWEST_CORNERS, Board, Corners
 from .lenses import Lens
 from .poses import Pose, Views, view_error

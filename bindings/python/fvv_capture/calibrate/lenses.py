@@ -7,11 +7,11 @@ import math
 from typing import Any
 
 import numpy
+from fvv import Camera
+from fvv.errors import Error, UsageError
+from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-from ..._core import Camera
-from ...errors import Error, UsageError
-from ...interop.optional_import import optional_import
 from ..choices import LENSES
 from .boards import FEWEST_CORNERS, Board, Corners
 

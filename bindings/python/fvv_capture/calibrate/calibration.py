@@ -8,9 +8,9 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy
+from fvv.errors import Error, UsageError
 from numpy.typing import NDArray
 
-from ...errors import Error, UsageError
 from ..choices import LENSES, UPS
 from .adjustment import Bundle, adjust
 from .boards import Board, Corners

@@ -9,10 +9,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy
+from fvv.errors import Error, UsageError
+from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
-
-from ...errors import Error, UsageError
-from ...interop.optional_import import optional_import
 
 cv2: Any = optional_import("cv2", "capture")
 
