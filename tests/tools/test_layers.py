@@ -135,3 +135,39 @@ def test_fvv_capture_uses_the_public_names_of_fvv_alone():
                 wrong.append(f"{path.name}: {node.lineno}")
     assert seen > 30
     assert wrong == []
+
+
+def cycle_in(graph):
+    """The files of a cycle, each using the next one; None if there is none."""
+    done, path = set(), []
+
+    def visit(node):
+        if node in path:
+            return [*path[path.index(node) :], node]
+        if node in done:
+            return None
+        path.append(node)
+        found = next(filter(None, map(visit, graph.get(node, []))), None)
+        path.pop()
+        done.add(node)
+        return found
+
+    return next(filter(None, map(visit, graph)), None)
+
+
+def test_javascript_has_no_cycles_of_imports():
+    scripts = [p for p in sources() if p.suffix in {".js", ".mjs"} and within(p, "js")]
+    assert len(scripts) > 100
+    graph = {p: sorted(used_by(p)) for p in scripts}
+    cycle = cycle_in(graph)
+    assert cycle is None, " -> ".join(p.relative_to(ROOT).as_posix() for p in cycle)
+    assert cycle_in({1: [2], 2: [3], 3: [2]}) == [2, 3, 2]
+
+
+def test_the_decoder_reaches_networks_through_one_file():
+    seam = ROOT / "js/decoder/src/sources/network.js"
+    asks = re.compile(r"(?<![\w.#*])fetch\(|globalThis\.fetch|XMLHttpRequest|EventSource\(|new WebSocket\(")
+    comments = re.compile(r"/\*.*?\*/|^\s*//.*?$", re.S | re.M)
+    scripts = sorted((ROOT / "js/decoder/src").rglob("*.js"))
+    found = [p for p in scripts if asks.search(comments.sub("", p.read_text()))]
+    assert found == [seam]

@@ -54,8 +54,10 @@ export class Environments {
     for (const payload of payloads) {
       if (!payload || this.tracks.has(payload.track)) continue;
       this.tracks.add(payload.track);
+      const configuration = this.#configuration;
       try {
-        this.#emit("background", await readBackground(payload, { module: this.#module, session: this.#session }));
+        const found = await readBackground(payload, { module: this.#module, session: this.#session });
+        if (configuration === this.#configuration) this.#emit("background", found);
       } catch (error) {
         if (!(error instanceof FvvError)) throw error;
         error.fatal = false;

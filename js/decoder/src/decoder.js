@@ -1,5 +1,6 @@
 // The public decoder: events, frames, seeking. The engine does the work, in a worker or in the caller's thread.
 
+import { onAbort, reasonOf, unlessAborted } from "./abort.js";
 import { Camera, camerasFor, Projector, tracksOf } from "./camera.js";
 import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
@@ -57,6 +58,8 @@ function checkedQuality(quality) {
   throw new FvvError({ code: "argument", fatal: false, message });
 }
 
+const closedError = () => new FvvError({ code: "state", message: "the decoder was closed" });
+
 /** In this thread: functions can't be sent to workers, but the compiled module can. */
 async function loadFallback(find) {
   const found = await find();
@@ -76,7 +79,7 @@ export class Decoder extends EventTarget {
   #givenRungs = null; // by a manifest or a server
   #rung = null; // that was reported last
   #ended = false;
-  #closed = false;
+  #closing = new AbortController();
   #sounds = null; // decoders of sound
   #configured = {}; // a promise, and what fulfils it with the first configuration
   #heard = 0; // generation of sounds that are wanted; those of former ones were read before a seek
@@ -89,13 +92,23 @@ export class Decoder extends EventTarget {
       await decoder.#open(options);
     } catch (error) {
       decoder.close();
-      throw error;
+      throw options.signal?.aborted ? reasonOf(options.signal) : error;
     }
     return decoder;
   }
 
+  get #closed() {
+    return this.#closing.signal.aborted;
+  }
+  /** Calls finish when the decoder is closed, at once if it is already. */
+  #atClose(finish) {
+    if (this.#closed) finish();
+    else this.#finish.push(finish);
+  }
+
   async #open(options) {
     const { source, feed, signal } = options;
+    this.#atClose(onAbort(signal, () => this.close()));
     const module = await compileCore();
     this.#projector = new Projector(await createProjection(await compileProjection()));
     this.configuration = null;
@@ -103,21 +116,18 @@ export class Decoder extends EventTarget {
     this.backgrounds = [];
     this.writable = feed?.writable ?? null;
     const pull = () => feed?.pull() ?? null;
-    if (feed) this.#finish.push(() => feed.cancel());
+    if (feed) this.#atClose(() => feed.cancel());
     const fallback = options.videoFallback && (() => loadFallback(options.videoFallback));
     const served = { pull, codec: compileCodec, background: compileBackground, fallback };
     await this.#connect(options.worker, served);
-    if (signal) {
-      const stop = () => this.close();
-      signal.addEventListener("abort", stop, { once: true });
-      this.#finish.push(() => signal.removeEventListener("abort", stop));
-    }
+    if (this.#closed) throw closedError();
     const { limits, normals, visibility, video, audio, queue, tracks, look, quality } = options;
     const decoded = { normals, visibility, video, audio: audio !== false };
     const wanted = { limits, ...decoded, queue, tracks, quality };
     this.quality = checkedQuality(quality);
     const modes = { hasFallback: Boolean(fallback), waitsForSelection: look !== null };
-    const opened = await this.#call("open", { source, module, ...wanted, ...modes });
+    const opening = this.#call("open", { source, module, ...wanted, ...modes });
+    const opened = await unlessAborted(opening, this.#closing.signal);
     this.#givenRungs = opened.rungs;
     Object.assign(this, opened, { rungs: opened.rungs ?? [] });
     if (audio !== false) this.#listen(audio === "packets", options.audioFallback);
@@ -133,9 +143,9 @@ export class Decoder extends EventTarget {
         this.#worker.addEventListener("error", ({ message }) => {
           fail(new FvvError({ code: "worker", message: `the worker failed: ${message}` }));
         });
-        this.#finish.push(() => {
+        this.#atClose(() => {
           this.#worker.terminate();
-          fail(new FvvError({ code: "state", message: "the decoder was closed" }));
+          fail(closedError());
         });
         return;
       } catch (error) {
@@ -144,7 +154,7 @@ export class Decoder extends EventTarget {
       }
     const engine = new Engine(served);
     this.#call = async (name, argument) => engine[name](argument);
-    this.#finish.push(() => engine.close());
+    this.#atClose(() => engine.close());
   }
 
   /** Sound is read ahead of the frames, and dispatched as soon as it is decoded. */
@@ -152,7 +162,7 @@ export class Decoder extends EventTarget {
     const emit = (block) => this.dispatchEvent(new FvvEvent("sound", block));
     const warn = (error) => this.dispatchEvent(new FvvEvent("warning", error));
     if (!encoded) this.#sounds = new SoundDecoders({ emit, warn, fallback });
-    this.#finish.push(() => this.#sounds?.close());
+    this.#atClose(() => this.#sounds?.close());
     try {
       while (!this.#closed) {
         const sounds = await this.#call("soundsAhead");
@@ -371,7 +381,8 @@ export class Decoder extends EventTarget {
   /** Stops everything; a running iteration ends without an error. Frames that were returned stay valid. */
   close() {
     if (this.#closed) return;
-    this.#closed = true;
-    for (const finish of this.#finish) finish();
+    this.#closing.abort();
+    for (const finish of this.#finish.splice(0)) finish();
+    this.#configured.fulfil?.();
   }
 }

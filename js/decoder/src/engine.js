@@ -6,11 +6,11 @@ import { createPictures } from "./pictures.js";
 import { Playback } from "./playback.js";
 import { defaultLimits } from "./session.js";
 import { openSource } from "./sources/open.js";
-import { notAStream } from "./sources/request.js";
+import { notAStream } from "./sources/network.js";
 
-/** A file that changes more often is an error. */
 /** FVV-1001 */
 const NO_SIGNATURE = 1001;
+/** A file that changes more often is an error. */
 const REOPEN_MAX = 3;
 /** Seconds that are read ahead of the last frame in the queue if there is sound, which has to arrive before its time. */
 const SOUND_AHEAD = 0.5;
@@ -45,8 +45,12 @@ export class Engine {
   #frames; // generator
   #abort;
   #last = null; // time of the last frame
-  #closed = false;
+  #closing = new AbortController();
   #stats = { frames: 0, skipped: 0, decodeMs: 0, pictures: 0 };
+
+  get #closed() {
+    return this.#closing.signal.aborted;
+  }
 
   /** pull(): the next bytes of a stream, or null. codec(name), background(), fallback(): return compiled modules. */
   constructor({ pull, codec, background, fallback }) {
@@ -79,11 +83,12 @@ export class Engine {
 
   async #openSource() {
     const warn = (error) => this.#emit("warning", error);
-    this.#source?.close?.();
+    this.#source?.close();
     const cache = (this.#cache = new Cache(() => this.#cacheRoom));
-    const source = await openSource(this.#description, { pull: this.#pull, warn, cache, quality: this.#quality });
+    const { signal } = this.#closing;
+    const source = await openSource(this.#description, { pull: this.#pull, warn, cache, rung: this.#quality, signal });
     this.#source = source;
-    if (this.#closed) source.close?.();
+    if (this.#closed) source.close();
     const opening = Playback.open(source, {
       ...this.#settings,
       codec: this.#codec,
@@ -247,6 +252,7 @@ export class Engine {
     for (;;) {
       const generation = this.#generation;
       if (!this.#queue.length) {
+        if (this.#closed) return { type: "end" };
         await new Promise((resolve) => (this.#waiting = resolve));
         continue;
       }
@@ -308,8 +314,8 @@ export class Engine {
       ...this.#stats,
       queued: this.#queue.length,
       memoryBytes: playback.memoryBytes,
-      bytesRead: source.bytesRead ?? null,
-      requests: source.requests ?? null,
+      bytesRead: source.bytesRead,
+      requests: source.requests,
       cachedBytes: cache.bytes,
       cacheHits: cache.hits,
       bytesReused: cache.bytesReused,
@@ -317,8 +323,10 @@ export class Engine {
     };
   }
 
-  async close() {
+  /** Everything that waits settles: next and soundsAhead with the end, the others with an error. */
+  close() {
     this.#generation++;
+    this.#closing.abort();
     this.#room?.();
     this.#queue.forEach((item) => item.type === "frame" && discard(item));
     this.#read = [];
@@ -327,9 +335,8 @@ export class Engine {
     this.#abort?.abort();
     this.#frames?.return().catch(() => {});
     this.#pictures?.close();
-    this.#closed = true;
     this.#listening?.();
-    this.#source?.close?.();
+    this.#source?.close();
   }
 }
 

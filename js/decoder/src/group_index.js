@@ -1,6 +1,8 @@
 // The groups of a source: where their frames are, and which times can be played without the network.
 
+import { unlessAborted } from "./abort.js";
 import { FvvError } from "./errors.js";
+import { RangeSource, SequentialSource } from "./sources/types.js";
 
 /** Limits for finding the index; a file that needs more reads or bytes is read from front to back. */
 const READS_MAX = 64;
@@ -10,7 +12,7 @@ const READ_MIN = 1 << 14;
 /** The index that the core reads, or rebuilds from the bytes that are available. */
 export class GroupIndex {
   #source;
-  #parts;
+  #available;
   #reads = []; // {at, bytes} fetched for the index
   #missing = null;
   /** Of a single response: the bytes that the index was made from. */
@@ -21,33 +23,33 @@ export class GroupIndex {
   /** Set by playback. */
   session = null;
 
-  /** parts: iterates over further {at, bytes} that are available. */
-  constructor(source, parts) {
+  /** available: iterates over further {at, bytes} that have been fetched. */
+  constructor(source, available) {
     this.#source = source;
-    this.#parts = parts;
+    this.#available = available;
   }
 
   /** Serves a read of the core from available bytes; returns false and notes the read if it cannot. */
   readInto(offset, out) {
-    for (const { at, bytes } of [...this.#reads, ...this.#parts])
+    for (const { at, bytes } of [...this.#reads, ...this.#available])
       if (offset >= at && offset + out.length <= at + bytes.length) {
         out.set(bytes.subarray(offset - at, offset - at + out.length));
         return true;
       }
-    if (this.#source.kept?.(offset, out)) return true;
+    if (this.#source.kept(offset, out)) return true;
     this.#missing = { offset, size: out.length };
     return false;
   }
 
   /** Calls step, and fetches what it lacks, until it succeeds; false: the limits are reached. */
-  async satisfied(step) {
+  async satisfied(step, signal) {
     let total = 0;
     for (let reads = 0; !step(); reads++) {
       const { offset, size } = this.#missing;
       total += size;
-      if (reads >= READS_MAX || total > BYTES_MAX || !this.#source.read) return false;
+      if (reads >= READS_MAX || total > BYTES_MAX || !(this.#source instanceof RangeSource)) return false;
       const wanted = Math.min(Math.max(size, this.#restOfBlock(offset) ?? READ_MIN), this.#source.size - offset);
-      const bytes = await this.#source.read(offset, wanted);
+      const bytes = await unlessAborted(this.#source.read(offset, wanted, signal), signal);
       if (bytes.length < size) throw new FvvError({ code: "io", message: `${size} bytes at ${offset} can't be read` });
       this.#reads.push({ at: offset, bytes });
     }
@@ -67,14 +69,14 @@ export class GroupIndex {
     return rest > 0 ? rest : undefined;
   }
   /** The result of look, or null; bytes that look lacks are fetched first. */
-  async find(look) {
+  async find(look, signal) {
     let found;
     const step = () => {
       this.#missing = null;
       found = look();
       return found || !this.#missing;
     };
-    return (await this.satisfied(step)) ? found : null;
+    return (await this.satisfied(step, signal)) ? found : null;
   }
   /** Bytes that were read already. */
   keep(at, bytes) {
@@ -93,7 +95,7 @@ export class GroupIndex {
     const source = this.#source;
     const { session } = this;
     if (source.groups) this.#number(source.groups);
-    if (source.size === undefined) return null;
+    if (!(source instanceof RangeSource)) return null;
     if (source.bytes) this.#reads.push({ at: 0, bytes: source.bytes });
     if (!(await this.satisfied(() => session.open(source.size))))
       return "no index was found: the file is read from front to back";
@@ -126,7 +128,7 @@ export class GroupIndex {
       first += group.frameCount;
     }
     this.frameCount = first;
-    this.#source.divide?.(groups.map(({ offset }) => offset));
+    this.#source.divide(groups.map(({ offset }) => offset));
   }
 
   /** For {frame}: its group, and skip, the number of frames before it in the group. For {time} in ticks: the group, and
@@ -171,8 +173,9 @@ export class BufferedTimes {
   times(selection) {
     const { groups } = this.#index;
     const source = this.#source;
-    if (source.front !== undefined && !source.complete) return source.rewinds && this.#span ? [{ ...this.#span }] : [];
-    const holds = (from, end) => source.holds?.(from, end) ?? true;
+    if (source instanceof SequentialSource && !source.complete)
+      return source.rewinds && this.#span ? [{ ...this.#span }] : [];
+    const holds = (from, end) => source.holds(from, end);
     const times = [];
     groups?.forEach(({ offset, size, start, end, frameCount }, i) => {
       const until = holds(offset, offset + size) ? end : this.#until(i, holds, selection);

@@ -1,6 +1,7 @@
 // Decodes pictures from video samples by WebCodecs, else by a fallback in wasm, and from JPEG files by createImageBitmap.
 // The timestamp of a picture identifies its frame, not the order in which decoders return pictures.
 
+import { unlessAborted } from "./abort.js";
 import { FvvError } from "./errors.js";
 import { SoftwareVideo } from "./software_video.js";
 
@@ -114,20 +115,35 @@ class JpegTrack {
   close() {}
 }
 
-/** A track whose decoder is not known yet. */
+/** A track whose decoder is not known yet. When it is closed, pictures that are awaited are null. */
 class PendingTrack {
   #found;
+  #closing = new AbortController();
   constructor(found) {
     this.#found = found;
   }
+  /** What call(track) returns; null: there is no decoder, or it is closed. */
+  async #ask(call) {
+    const { signal } = this.#closing;
+    const answer = this.#found.then((track) => (track && !signal.aborted ? call(track) : null));
+    // A picture that comes too late has no other owner.
+    answer.then(
+      (picture) => signal.aborted && picture?.close(),
+      () => {},
+    );
+    return unlessAborted(answer, signal).catch((error) => {
+      if (signal.aborted) return null;
+      throw error;
+    });
+  }
   async submit(sample, timestamp) {
-    const track = await this.#found;
-    return track ? track.submit(sample, timestamp) : null;
+    return this.#ask((track) => track.submit(sample, timestamp));
   }
   async flush() {
-    await (await this.#found)?.flush();
+    await this.#ask((track) => track.flush());
   }
   close() {
+    this.#closing.abort();
     this.#found.then((track) => track?.close());
   }
 }

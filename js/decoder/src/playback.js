@@ -2,11 +2,13 @@
 
 import { GroupPrefetcher, RangeFetcher } from "./sources/group_prefetcher.js";
 import { Environments } from "./background.js";
+import { unlessAborted } from "./abort.js";
 import { FvvError } from "./errors.js";
 import { BufferedTimes, GroupIndex } from "./group_index.js";
 import { Chooser, rungsOf } from "./ladder.js";
 import { ByteRanges } from "./sources/byte_ranges.js";
 import { Session } from "./session.js";
+import { RangeSource, SectionSource, SequentialSource } from "./sources/types.js";
 
 export class Playback {
   #source;
@@ -36,7 +38,7 @@ export class Playback {
   static async open(source, { module, codec, background, limits, emit, want, selection, quality, frugal }) {
     const playback = new Playback(source, { emit, want, selection, quality });
     const index = playback.#index;
-    source.frugal = frugal || selection !== null;
+    if (source instanceof RangeSource) source.frugal = frugal || selection !== null;
     playback.#session = await Session.create({
       module,
       codec,
@@ -48,10 +50,11 @@ export class Playback {
     const problem = await index.open();
     if (problem) playback.#warn("no-index", problem);
     await playback.#findLadder();
-    source.follow?.(
-      (seconds) => playback.#choices(seconds),
-      () => playback.#taken,
-    );
+    if (source instanceof SectionSource)
+      source.follow(
+        (seconds) => playback.#choices(seconds),
+        () => playback.#taken,
+      );
     playback.about = playback.#describe();
     return playback;
   }
@@ -78,13 +81,14 @@ export class Playback {
   #describe() {
     const [index, source] = [this.#index, this.#source];
     // The length of a single response is known at its end.
-    const known = source.front === undefined || (source.rewinds && source.front === index.front && source.complete);
+    const isSequential = source instanceof SequentialSource;
+    const known = !isSequential || (source.rewinds && source.front === index.front && source.complete);
     const { groups, frameCount = null } = known ? index : { groups: null };
-    return { seekable: source.rewinds ?? groups !== null, frameCount, groups, rungs: source.rungs ?? null };
+    return { seekable: isSequential ? source.rewinds : groups !== null, frameCount, groups, rungs: source.rungs };
   }
   /** Of a single response: reports when it can no longer be sought in, and all of it when it is complete. */
   #reportResponse() {
-    if (this.#source.front === undefined) return;
+    if (!(this.#source instanceof SequentialSource)) return;
     const about = this.#describe();
     if (about.seekable === this.about.seekable && about.frameCount === this.about.frameCount) return;
     this.about = about;
@@ -98,22 +102,22 @@ export class Playback {
     if (state.lateGroup !== null) {
       const { tracks } = session.configuration();
       for (const { id } of tracks.filter(({ kind }) => kind === "background"))
-        if (!found.some(({ track }) => track === id)) found.push(await this.#findBackground(state.lateGroup, id));
+        if (!found.some(({ track }) => track === id)) found.push(await this.#findBackground(state, id));
       state.lateGroup = null;
     }
-    await this.#environments.take(found);
+    if (found.length) await unlessAborted(this.#environments.take(found), state.signal);
   }
 
-  async #findBackground(group, track) {
+  async #findBackground({ lateGroup, signal }, track) {
     if (this.#environments.tracks.has(track)) return null;
-    if (this.#source.inSections) return this.#loadBackground(track);
-    return this.#index.find(() => this.#session.findBackground(group, track));
+    if (this.#source instanceof SectionSource) return this.#loadBackground(track, signal);
+    return this.#index.find(() => this.#session.findBackground(lateGroup, track), signal);
   }
 
   /** From a source that stores environments separately. */
-  async #loadBackground(track) {
+  async #loadBackground(track, signal) {
     try {
-      return (await this.#source.background?.(track)) ?? null;
+      return await this.#source.environment(track, signal);
     } catch (error) {
       this.#emit("corrupt", Object.assign(FvvError.from(error), { fatal: false }));
       return null;
@@ -135,7 +139,7 @@ export class Playback {
     if (quality === this.#quality) return;
     this.#quality = quality;
     this.#prefetcher?.renew();
-    this.#source.renew?.();
+    if (this.#source instanceof SectionSource) this.#source.renew();
   }
   /** Rungs with more pixels than are shown are not chosen. */
   setShownScale(scale) {
@@ -145,7 +149,7 @@ export class Playback {
   get network() {
     return {
       throughput: this.#source.throughput ?? this.#chooser.throughput,
-      buffer: this.#prefetcher?.buffer ?? this.#source.buffer ?? null,
+      buffer: this.#prefetcher?.buffer ?? this.#source.buffer,
     };
   }
 
@@ -153,7 +157,7 @@ export class Playback {
   async #findLadder() {
     const [source, session, index] = [this.#source, this.#session, this.#index];
     const first = index.groups?.[0];
-    if (!first || source.inRanges !== true || session.indexState !== 1) return;
+    if (!first || !source.selective || session.indexState !== 1) return;
     // The bytes after it are the first frames.
     if (!source.frugal) index.keep(0, await source.read(0, first.offset));
     if (!(await index.satisfied(() => session.play(0)))) return;
@@ -224,7 +228,7 @@ export class Playback {
   /** The configuration of the first group, before anything is played; null: not known yet. */
   async peek() {
     const [session, source, index] = [this.#session, this.#source, this.#index];
-    if (!index.groups?.length || source.inSections) return null;
+    if (!index.groups?.length || source instanceof SectionSource) return null;
     return (await index.satisfied(() => session.play(0))) ? session.configuration() : null;
   }
 
@@ -234,7 +238,7 @@ export class Playback {
    */
   async *frames(place, signal) {
     const [session, source, index] = [this.#session, this.#source, this.#index];
-    if (place && source.front !== undefined) index.openKept();
+    if (place && source instanceof SequentialSource) index.openKept();
     const { group: first, skip = -1, until } = place ? index.locate(place) : { group: 0, skip: 0 };
     this.#taken = null;
     // A seek drops reports that were not taken.
@@ -257,14 +261,16 @@ export class Playback {
       whole: new Set(), // groups that cannot be picked from
       recalled: new Set(), // groups whose configuration comes from a repetition that follows them
       next: null, // the group to be picked from instead of being read in order
+      signal,
     };
     this.#ranges.clear();
     this.#prefetcher?.stop();
     for (let group = first; group !== null;)
       group = yield* this.#picks(state, group) ? this.#pick(state, group, signal) : this.#stream(state, group, signal);
+    if (signal?.aborted) return;
     if (state.candidate) yield { ...state.candidate, skipped: false };
     this.#closeGap(state, null);
-    if (!state.footer && source.size !== undefined && index.groups && session.indexState === 1)
+    if (!state.footer && source instanceof RangeSource && index.groups && session.indexState === 1)
       this.#warn("truncated", "the stream ends before its footer");
     if (source.complete && source.rewinds) index.openKept();
     this.#reportResponse();
@@ -274,21 +280,24 @@ export class Playback {
   #picks(state, group) {
     const [source, session] = [this.#source, this.#session];
     const wanted = this.#selection !== null || this.#prefetcher !== null;
-    return wanted && source.inRanges === true && session.indexState === 1 && !state.whole.has(group);
+    return wanted && source.selective && session.indexState === 1 && !state.whole.has(group);
   }
 
   /** Reads bytes in order, from a group on. Returns the group to be picked from, or null at the end. */
   async *#stream(state, first, signal) {
     const [session, source] = [this.#session, this.#source];
-    if (!source.inSections && (first > 0 || state.recalled.has(first))) {
-      if (!(await this.#index.satisfied(() => session.play(first))))
+    if (!(source instanceof SectionSource) && (first > 0 || state.recalled.has(first))) {
+      if (!(await this.#index.satisfied(() => session.play(first), signal)))
         throw new FvvError({ code: "io", message: "the configuration of the group cannot be read" });
       state.fromIndex = true;
-    } else if (!source.inSections) {
+    } else if (!(source instanceof SectionSource)) {
       session.start(0);
     }
-    const from = source.inSections || !(first || state.recalled.has(first)) ? first : this.#index.groups[first].offset;
-    let at = source.inSections ? null : from;
+    const from =
+      source instanceof SectionSource || !(first || state.recalled.has(first))
+        ? first
+        : this.#index.groups[first].offset;
+    let at = source instanceof SectionSource ? null : from;
     for await (const item of source.stream(from, signal)) {
       if (item.rung !== undefined) {
         [state.rung, state.reason] = [item.rung, item.reason];
@@ -312,7 +321,7 @@ export class Playback {
     const { next } = state;
     state.next = null;
     if (next !== null) return next;
-    if (source.inSections) {
+    if (source instanceof SectionSource) {
       yield* this.#endSection(state);
     } else {
       session.finish();
@@ -404,10 +413,10 @@ export class Playback {
   async #begin(state, group) {
     const session = this.#session;
     try {
-      if (!(await this.#index.satisfied(() => session.pick(group)))) return false;
+      if (!(await this.#index.satisfied(() => session.pick(group), state.signal))) return false;
     } catch (error) {
       if (!["damaged", "invalid", "truncated"].includes(error.code)) throw error;
-      this.#source.forget?.(this.#index.groups[group].offset);
+      this.#source.forget(this.#index.groups[group].offset);
       return false;
     }
     state.picking = state.fromIndex = true;
@@ -484,25 +493,26 @@ export class Playback {
     this.#emit("corrupt", error);
     // The damage may have happened in transit: the bytes are fetched again when they are needed again.
     for (const offset of [error.offset, this.#index.groups?.[state.index]?.offset])
-      if (Number.isInteger(offset)) this.#source.forget?.(offset);
+      if (Number.isInteger(offset)) this.#source.forget(offset);
     state.gap ??= { from: state.lastTime ?? null, error };
   }
 
   /** Whether the group that begins is read again because a repetition of its lost configuration follows it. */
   async #recalls(state) {
     const { offset, whole, configuration } = this.#session.about();
-    if (whole || this.#source.inSections || this.#session.indexState !== 1) return false;
+    if (whole || this.#source instanceof SectionSource || this.#session.indexState !== 1) return false;
     const group = this.#index.groups.findIndex((entry) => entry.offset === offset);
     if (group < 0 || state.recalled.has(group)) return false;
     state.recalled.add(group);
-    if (!(await this.#index.find(() => this.#session.hasConfiguration(group, configuration)))) return false;
+    if (!(await this.#index.find(() => this.#session.hasConfiguration(group, configuration), state.signal)))
+      return false;
     state.next = group;
     return true;
   }
 
   /** false: the group is to be picked from, and nothing of it was emitted. */
   #beginGroup(state, about) {
-    const { inSections } = this.#source;
+    const inSections = this.#source instanceof SectionSource;
     const { groups } = this.#index;
     const index =
       groups?.findIndex((group) => (inSections ? group.sequence === about.sequence : group.offset === about.offset)) ??
@@ -524,10 +534,8 @@ export class Playback {
       // Of a group whose configuration is lost there is none; another group may find a repetition of it.
       state.known = about.whole ? about.configuration : null;
       if (configuration) this.#setRungs(configuration);
-      if (this.#source.rungs && this.#source.rungOf) {
-        const { rung, reason } = this.#source.rungOf(configuration?.tracks.map(({ id }) => id) ?? []);
-        [state.rung, state.reason] = [rung, reason];
-      }
+      const named = this.#source.rungs && this.#source.rungOf(configuration?.tracks.map(({ id }) => id) ?? []);
+      if (named) [state.rung, state.reason] = [named.rung, named.reason];
     }
     this.#environments.begin(about.configuration);
     state.group = { sequence: about.sequence, start: about.start, end: about.end };
@@ -567,7 +575,7 @@ export class Playback {
 
   async *#frame(state) {
     const session = this.#session;
-    if (session.lacksCodecs) await session.loadCodecs();
+    if (session.lacksCodecs) await unlessAborted(session.loadCodecs(), state.signal);
     const started = performance.now();
     const skipped = state.skip > 0;
     let frame;
@@ -612,7 +620,7 @@ export class Playback {
   /** Notes that everything up to the end of a frame is in the cache. */
   #cover({ index, at, duration, group }, time) {
     const end = time + duration;
-    if (this.#source.front !== undefined) this.#buffered.append(time, end);
+    if (this.#source instanceof SequentialSource) this.#buffered.append(time, end);
     else if (index >= 0 && at !== null) {
       const { offset, size } = this.#index.groups[index];
       const ranges = [{ from: offset, end: Math.min(at, offset + size) }];

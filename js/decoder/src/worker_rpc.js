@@ -14,10 +14,14 @@ function transferables(value, found = new Set()) {
   return found;
 }
 
-/** serve: {name: async (argument) => result}. Returns {call(name, argument), fail(error)}: fail rejects all open calls. */
+/**
+ * serve: {name: async (argument) => result}. Returns {call(name, argument), fail(error)}: fail rejects all calls that are open, and
+ * those that follow.
+ */
 export function connect(port, serve) {
   const calls = new Map();
   let last = 0;
+  let failure = null;
   const respond = async ({ id, name, argument }) => {
     try {
       const result = await serve[name](argument);
@@ -35,13 +39,19 @@ export function connect(port, serve) {
   });
   const call = (name, argument) =>
     new Promise((resolve, reject) => {
+      if (failure) return reject(failure);
       const id = ++last;
       calls.set(id, { resolve, reject });
       port.postMessage({ id, name, argument });
     });
   const fail = (error) => {
+    failure ??= error;
     for (const { reject } of calls.values()) reject(error);
     calls.clear();
   };
+  // The call that it belongs to is not known.
+  port.addEventListener("messageerror", () => {
+    fail(new FvvError({ code: "worker", message: "a message between page and worker could not be read" }));
+  });
   return { call, fail };
 }

@@ -7,6 +7,7 @@ import { after, test } from "node:test";
 import { GroupIndex } from "../dist/group_index.js";
 import { createDecoder } from "../dist/index.js";
 import { compileCore } from "../dist/modules.js";
+import { RangeSource } from "../dist/sources/types.js";
 import { Session } from "../dist/session.js";
 import { joinStreams } from "./edit_streams.mjs";
 import { frameHashes, makeClips, nativeFrames } from "./native.mjs";
@@ -132,13 +133,13 @@ test("a configuration block is one read of its size, also that of a repetition",
   const clip = readFileSync(clips.moving);
   const bytes = joinStreams(clip, clip, 1); // the block again before the second group
   const reads = [];
-  const source = {
+  const source = Object.assign(new RangeSource(), {
     size: bytes.length,
     async read(offset, size) {
       reads.push([offset, size]);
       return new Uint8Array(bytes.subarray(offset, offset + size));
     },
-  };
+  });
   const index = new GroupIndex(source, []);
   const read = (offset, out) => index.readInto(offset, out);
   index.session = await Session.create({ module: await compileCore(), read });

@@ -1,10 +1,8 @@
 // ByteRanges of a file that are fetched separately: which ones, and the bytes of each that have arrived.
 
 import { GROUP_SIZE } from "../chunks.js";
-import { ROUND_TRIP_BYTES } from "./open.js";
+import { CONCURRENT, ROUND_TRIP_BYTES } from "./network.js";
 
-/** Concurrent requests; browsers allow six per host with HTTP/1.1. */
-export const CONCURRENT = 6;
 /** Chunks that are no farther apart are fetched together. Concurrent requests share a round trip. */
 const NEAR = Math.floor(ROUND_TRIP_BYTES / CONCURRENT);
 /** Outstanding bytes at which no further request is made: they would delay the bytes that are needed first. */

@@ -1,7 +1,10 @@
 // Groups of a stream with a ladder, fetched ahead of playback: each in the rung that suits the network by then.
 
 import { CHUNK_HEADER_SIZE, tableOfGroup } from "../chunks.js";
-import { CONCURRENT, ByteRanges } from "./byte_ranges.js";
+import { FvvError } from "../errors.js";
+import { onAbort } from "../abort.js";
+import { ByteRanges } from "./byte_ranges.js";
+import { CONCURRENT } from "./network.js";
 
 /** Bytes that are held for groups that are not played yet. */
 const BYTES_MAX = 32 * 2 ** 20;
@@ -35,11 +38,11 @@ export class RangeFetcher {
     this.#leftOut = leftOut;
   }
   get bytesRead() {
-    return this.#source.bytesRead ?? 0;
+    return this.#source.bytesRead;
   }
   /** Seconds that all requests so far take if only their round trips count. */
   get latency() {
-    const { roundTrip = 0, requests = 0 } = this.#source;
+    const { roundTrip, requests } = this.#source;
     return (roundTrip * requests) / CONCURRENT;
   }
 
@@ -66,20 +69,29 @@ export class RangeFetcher {
   }
 }
 
-/** A group in one rung, as it arrives. */
+/** A group in one rung, as it arrives. It ends in any case: whole, by an error, or because it is no longer wanted. */
 class PendingGroup {
   done = false;
   error = null;
   changed = new Signal();
-  abort = new AbortController();
+  #abort = new AbortController();
 
   constructor(plan) {
     Object.assign(this, plan);
   }
+  get signal() {
+    return this.#abort.signal;
+  }
   end(error = null) {
+    if (this.done) return;
     this.done = true;
     this.error = error;
     this.changed.raise();
+  }
+  /** It is no longer wanted: who waits for it gets the error. */
+  drop() {
+    this.#abort.abort();
+    this.end(new FvvError({ code: "state", message: "the group is no longer fetched" }));
   }
 }
 
@@ -92,6 +104,7 @@ export class GroupPrefetcher {
   #changed = new Signal(); // when a group is planned, or playback moves on
   #playing = -1;
   #abort = null;
+  #unregister = () => {};
 
   /**
    * ladder: {chooser, wish(), best(), seconds(ticks)}. position(): ticks up to which frames were taken, or null.
@@ -111,39 +124,40 @@ export class GroupPrefetcher {
     this.stop();
     this.#playing = first;
     this.#abort = new AbortController();
-    const stop = () => this.stop();
-    signal?.addEventListener("abort", stop, { once: true });
-    this.#run(first, this.#abort.signal).finally(() => signal?.removeEventListener("abort", stop));
+    this.#unregister = onAbort(signal, () => this.stop());
+    if (this.#abort) this.#run(first, this.#abort.signal);
   }
+  /** Every pending group ends, and so does waiting for one. */
   stop() {
+    this.#unregister();
     this.#abort?.abort();
     this.#abort = null;
-    for (const { abort } of this.#pending.values()) abort.abort();
+    for (const pending of this.#pending.values()) pending.drop();
     this.#pending.clear();
     this.#changed.raise();
   }
   get running() {
     return this.#abort !== null;
   }
-  /** Groups after the one that is played are fetched again: another quality is wanted. */
+  /** Groups after the one that is played are fetched again: another rung is wanted. */
   renew() {
     if (!this.#abort || this.#pending.size <= 1) return;
-    const { signal } = this.#abort;
     const first = this.#playing + 1;
-    for (const [group, { abort }] of this.#pending)
-      if (group >= first) {
-        abort.abort();
-        this.#pending.delete(group);
-      }
+    for (const [group, pending] of this.#pending) if (group >= first) this.#drop(group, pending);
     this.#abort.abort();
     this.#abort = new AbortController();
-    if (!signal.aborted || first < this.#groups.length) this.#run(first, this.#abort.signal);
+    this.#run(first, this.#abort.signal);
+    this.#changed.raise();
+  }
+  #drop(group, pending) {
+    pending.drop();
+    this.#pending.delete(group);
   }
 
   /** The group that is played next, once its rung is chosen; groups before it are forgotten. null: stopped. */
   async take(group) {
     this.#playing = group;
-    for (const known of this.#pending.keys()) if (known < group) this.#pending.delete(known);
+    for (const [known, pending] of this.#pending) if (known < group) this.#drop(known, pending);
     this.#changed.raise();
     while (this.#abort && !this.#pending.has(group)) await this.#changed.wait();
     return this.#pending.get(group) ?? null;
@@ -211,8 +225,7 @@ export class GroupPrefetcher {
   /** false: it was abandoned, as late(missing bits, throughput) said. */
   async #load(i, plan, signal, late) {
     const pending = new PendingGroup(plan);
-    const stop = () => pending.abort.abort();
-    signal.addEventListener("abort", stop, { once: true });
+    const unregister = onAbort(signal, () => pending.drop());
     this.#pending.set(i, pending);
     this.#changed.raise();
     const began = now();
@@ -222,7 +235,7 @@ export class GroupPrefetcher {
     const measured = (bytes, seconds) => chooser.measured(bytes, seconds, this.#fetcher.latency - latency);
     try {
       let arrived = 0;
-      for await (const bytes of this.#fetcher.fetch(pending, pending.abort.signal)) {
+      for await (const bytes of this.#fetcher.fetch(pending, pending.signal)) {
         pending.changed.raise();
         arrived += bytes;
         const [network, seconds] = [this.#fetcher.bytesRead - before, now() - began];
@@ -230,16 +243,16 @@ export class GroupPrefetcher {
         const throughput = seconds > 0.3 ? (8 * network) / seconds : chooser.throughput;
         if (late(8 * Math.max(0, plan.size - arrived), throughput)) {
           measured(network, seconds);
-          pending.abort.abort();
+          this.#drop(i, pending);
           return false;
         }
       }
       measured(this.#fetcher.bytesRead - before, now() - began);
       pending.end();
     } catch (error) {
-      if (!signal.aborted) pending.end(error);
+      pending.end(error);
     } finally {
-      signal.removeEventListener("abort", stop);
+      unregister();
     }
     return true;
   }

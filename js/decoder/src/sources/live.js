@@ -2,8 +2,11 @@
 // header with the configuration block; text messages report why a section ends, and which rungs there are.
 
 import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType, frameTime } from "../chunks.js";
+import { delay, onAbort } from "../abort.js";
 import { FvvError } from "../errors.js";
 import { LiveChooser } from "../ladder.js";
+import { Network } from "./network.js";
+import { SectionSource } from "./types.js";
 
 /** Bytes in the queue at most, when frames are not taken: beyond that, bytes are dropped up to the next group. */
 const QUEUE_BYTES = 1 << 25;
@@ -28,18 +31,12 @@ function rungsOf({ rungs, time_base: base }) {
   return { rungs: rungs.map(named), tick: numerator / denominator };
 }
 
-async function wait(milliseconds, signal) {
-  await new Promise((resolve) => {
-    const timer = setTimeout(resolve, milliseconds);
-    signal?.addEventListener("abort", () => (clearTimeout(timer), resolve()), { once: true });
-  });
-}
-
-export class Live {
+export class LiveSource extends SectionSource {
   #url;
   #protocols;
   #WebSocket;
   #warn;
+  #network;
   #attempts;
   #firstMs;
   #longestMs;
@@ -57,24 +54,25 @@ export class Live {
   #asked; // rung; null: that of the URL
   #playing = null; // rung of the group that comes
   #reason = "start";
-  inSections = true;
   bytesRead = 0;
-  requests = 0;
   rungs = null; // null: the server has named none
 
-  /** reconnect: {attempts, firstMs, longestMs}. quality: "auto", or the rung to begin with. */
-  static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, { warn, quality }) {
+  /** reconnect: {attempts, firstMs, longestMs}. rung: "auto", or the one to begin with. */
+  static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, { warn, rung, signal }) {
     if (typeof WebSocket !== "function")
       throw new FvvError({ code: "unsupported", message: "this environment has no WebSocket: pass a constructor" });
-    const live = new Live({ url, protocols, WebSocket, quality, ...reconnect }, warn);
+    const live = new LiveSource({ url, protocols, WebSocket, rung, ...reconnect }, warn);
+    onAbort(signal, () => live.close());
     await live.#connect();
     return live;
   }
 
-  constructor({ url, protocols, WebSocket, quality, attempts = 0, firstMs = 250, longestMs = 8000 }, warn) {
+  constructor({ url, protocols, WebSocket, rung, attempts = 0, firstMs = 250, longestMs = 8000 }, warn) {
+    super();
     this.#url = url;
-    this.#asked = new URL(url).searchParams.has("rung") ? null : quality === "auto" ? LAST_RUNG : quality;
-    if (quality !== "auto") this.#reason = "chosen";
+    this.#network = new Network();
+    this.#asked = new URL(url).searchParams.has("rung") ? null : rung === "auto" ? LAST_RUNG : rung;
+    if (rung !== "auto") this.#reason = "chosen";
     this.#protocols = protocols;
     this.#WebSocket = WebSocket;
     this.#attempts = attempts;
@@ -90,30 +88,23 @@ export class Live {
     return url.href;
   }
   #connect() {
-    const WebSocket = this.#WebSocket;
-    const socket = new WebSocket(this.#address, this.#protocols);
+    const { socket, opened } = this.#network.connect(this.#WebSocket, this.#address, this.#protocols);
     this.#chooser.restart();
-    socket.binaryType = "arraybuffer";
     this.#socket = socket;
-    this.requests++;
-    let opened = false;
-    return new Promise((resolve, reject) => {
-      socket.addEventListener("open", () => {
-        opened = true;
-        resolve();
-      });
-      socket.addEventListener("error", () => {
-        reject(new FvvError({ code: "io", message: `${this.#url}: the WebSocket could not be opened, or failed` }));
-      });
-      socket.addEventListener("message", ({ data }) => {
-        if (socket !== this.#socket) return;
-        if (typeof data === "string") this.#takeMessage(data);
-        else this.#take(new Uint8Array(data));
-      });
-      socket.addEventListener("close", ({ code, reason }) => {
-        if (opened && socket === this.#socket) this.#put({ closed: { code, reason } });
-      });
+    let isOpen = false;
+    socket.addEventListener("open", () => (isOpen = true));
+    socket.addEventListener("message", ({ data }) => {
+      if (socket !== this.#socket) return;
+      if (typeof data === "string") this.#takeMessage(data);
+      else this.#take(new Uint8Array(data));
     });
+    socket.addEventListener("close", ({ code, reason }) => {
+      if (isOpen && socket === this.#socket) this.#put({ closed: { code, reason } });
+    });
+    return opened;
+  }
+  get requests() {
+    return this.#network.requests;
   }
 
   #put(item) {
@@ -168,7 +159,6 @@ export class Live {
     this.#reason = wish === null ? "delay" : "chosen";
     this.#socket.send(JSON.stringify({ type: "rung", rung }));
   }
-  /** See open.js. */
   follow(choices) {
     this.#choices = choices();
   }
@@ -232,9 +222,9 @@ export class Live {
     for (let attempt = 0; attempt < this.#attempts; attempt++) {
       this.#warn(FvvError.warning("reconnect", `${why}; connecting again`));
       // With jitter: not all clients reconnect at the same moment.
-      const delay = Math.min(this.#firstMs * 2 ** attempt, this.#longestMs);
-      await wait(delay * (0.5 + Math.random() / 2), signal);
-      if (signal?.aborted) return;
+      const longest = Math.min(this.#firstMs * 2 ** attempt, this.#longestMs);
+      await delay(longest * (0.5 + Math.random() / 2), signal);
+      if (this.#over) return;
       try {
         await this.#connect();
         return;
@@ -242,16 +232,12 @@ export class Live {
         // The next attempt waits longer.
       }
     }
+    if (this.#over) return;
     throw new FvvError({ code: "io", message: why });
   }
 
   async *stream(_, signal) {
-    const stop = () => {
-      this.#socket.close();
-      this.#over = true;
-      this.#wake();
-    };
-    signal?.addEventListener("abort", stop, { once: true });
+    const unregister = onAbort(signal, () => this.close());
     try {
       while (!this.#over) {
         if (!this.#items.length) {
@@ -271,8 +257,13 @@ export class Live {
         }
       }
     } finally {
-      signal?.removeEventListener("abort", stop);
-      this.#socket.close();
+      unregister();
+      this.close();
     }
+  }
+  close() {
+    this.#over = true;
+    this.#network.close();
+    this.#wake();
   }
 }

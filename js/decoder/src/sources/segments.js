@@ -3,7 +3,8 @@
 import { GroupPrefetcher } from "./group_prefetcher.js";
 import { FILE_HEADER_SIZE, beginsWithFileHeader, chunkPayload, crc32c } from "../chunks.js";
 import { FvvError } from "../errors.js";
-import { failed, request } from "./request.js";
+import { failed, joined, Network } from "./network.js";
+import { SectionSource } from "./types.js";
 
 const invalid = (url, message) => new FvvError({ code: "invalid", message: `${url}: ${message}` });
 const isCount = (n) => Number.isSafeInteger(n) && n >= 0;
@@ -84,9 +85,9 @@ function* lossOf(error) {
   yield { lost: { error: FvvError.warning(damaged ? error.code : "io", `a group is missing: ${error.message}`) } };
 }
 
-export class Segments {
+export class SegmentSource extends SectionSource {
   #url;
-  #init;
+  #network;
   #cache;
   #configuration = null;
   #backgrounds = [];
@@ -96,14 +97,11 @@ export class Segments {
   #tick; // seconds
   #follows = null;
   #prefetcher = null;
-  inSections = true;
-  requests = 0;
-  bytesRead = 0;
   groups = [];
 
   /** cache: for files of groups. */
-  static async open({ url, init = {} }, cache) {
-    const segments = new Segments(url, init, cache);
+  static async open({ url, init }, { cache, signal }) {
+    const segments = new SegmentSource(url, new Network(init, signal), cache);
     const text = new TextDecoder().decode(await segments.#load(url));
     let manifest;
     try {
@@ -122,22 +120,26 @@ export class Segments {
     return segments;
   }
 
-  constructor(url, init, cache) {
+  constructor(url, network, cache) {
+    super();
     this.#url = url;
-    this.#init = init;
+    this.#network = network;
     this.#cache = cache;
+  }
+  get requests() {
+    return this.#network.requests;
+  }
+  get bytesRead() {
+    return this.#network.bytesRead;
   }
 
   async #request(url, signal) {
-    this.requests++;
-    const response = await request(url, { ...this.#init, signal });
-    if (!response.ok) throw failed(url, response);
-    return response;
+    const reply = await this.#network.request(url, { signal });
+    if (!reply.ok) throw failed(url, reply);
+    return reply;
   }
   async #load(url, signal) {
-    const bytes = new Uint8Array(await (await this.#request(url, signal)).arrayBuffer());
-    this.bytesRead += bytes.length;
-    return bytes;
+    return (await this.#request(url, signal)).bytes();
   }
   /** Throws unless these are the bytes that the manifest lists. */
   #check(url, bytes, { bytes: size, crc32c: expected }) {
@@ -171,7 +173,7 @@ export class Segments {
   }
 
   /** The environment of a track, {track, data}; null: the manifest lists none. */
-  async background(track, signal) {
+  async environment(track, signal) {
     const entry = this.#backgrounds.find((one) => one.track === track);
     if (!entry) return null;
     const bytes = await this.#file(entry, signal);
@@ -193,7 +195,6 @@ export class Segments {
       this.#files?.map(({ rung, bitRate, size, scale, tracks }) => ({ rung, bitRate, size, scale, tracks })) ?? null
     );
   }
-  /** See open.js. */
   follow(choices, position) {
     if (this.#files) this.#follows = { choices, position };
   }
@@ -226,16 +227,12 @@ export class Segments {
       return;
     }
     const url = new URL(file, this.#url).href;
-    const response = await this.#request(url, signal);
     const pieces = [];
-    for (const reader = response.body.getReader(); ;) {
-      const { done, value } = await reader.read();
-      if (done) break;
-      pieces.push(value);
-      this.bytesRead += value.length;
-      yield value.length;
+    for await (const piece of (await this.#request(url, signal)).pieces()) {
+      pieces.push(piece);
+      yield piece.length;
     }
-    pending.bytes = new Uint8Array(await new Blob(pieces).arrayBuffer());
+    pending.bytes = joined(pieces);
     this.#check(url, pending.bytes, pending.file);
     this.#cache.put(offset, pending.bytes);
   }
@@ -316,6 +313,7 @@ export class Segments {
   }
   close() {
     this.#prefetcher?.stop();
+    this.#network.close();
     this.#cache.clear();
   }
 }
