@@ -22,10 +22,12 @@ def chosen(cases, names):
 
 
 def left_over(cases):
-    """Files of cases that are no longer generated."""
+    """Folders of cases that are no longer generated, and files that no case has."""
     folders = {case.CASES / c.tier / c.name for c in cases}
     tiers = [case.CASES / tier for tier in ("valid", "uncommon", "faulty")]
-    return [p for tier in tiers if tier.exists() for p in sorted(tier.iterdir()) if p not in folders]
+    found = [p for tier in tiers if tier.exists() for p in sorted(tier.iterdir())]
+    files = [p for folder in found if folder in folders for p in sorted(folder.iterdir())]
+    return [p for p in found if p not in folders] + [p for p in files if p.name not in case.FILES]
 
 
 def main():
@@ -45,7 +47,8 @@ def main():
         report = coverage.report(cases)
         print(json.dumps(report, indent=1))
         return 1 if report["missing"] else 0
-    differing = [] if arguments.names else left_over(cases)
+    left = [] if arguments.names else left_over(cases)
+    differing = []
     for one in cases:
         for path, content in case.files(one).items():
             if path.exists() and path.read_bytes() == content:
@@ -54,12 +57,11 @@ def main():
             if not arguments.check:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content)
-    for path in differing:
-        state = "differs: run conformance/generate.py" if arguments.check else "written"
-        if path.is_dir():
-            state = "is not generated: remove it"
+    found = "differs: run conformance/generate.py" if arguments.check else "written"
+    states = dict.fromkeys(left, "is not generated: remove it") | dict.fromkeys(differing, found)
+    for path, state in states.items():
         print(f"{path.relative_to(case.CASES.parent)}: {state}", file=sys.stderr)
-    return 1 if differing and (arguments.check or any(path.is_dir() for path in differing)) else 0
+    return 1 if left or (arguments.check and differing) else 0
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The cases: folders with case.json, input.fvv and expected.json in the tiers valid, uncommon and faulty."""
+"""The cases: folders with input.fvv and expected.json in the tiers valid, uncommon and faulty."""
 
 import fnmatch
 import json
@@ -9,12 +9,11 @@ TIERS = ("valid", "uncommon", "faulty")
 
 
 class Case(NamedTuple):
-    """name: tier and folder, such as valid/mesh_raw. about: case.json."""
+    """name: tier and folder, such as valid/mesh_raw. expected: expected.json, what the case shows and the report of a decoder."""
 
     name: str
     tier: str
     path: pathlib.Path  # of input.fvv
-    about: dict
     expected: dict
 
     @property
@@ -44,7 +43,7 @@ def load(folder, only=None):
     """Cases below a folder, in order of their names. only: patterns of names with * and ?; None: all."""
     found = []
     for tier in TIERS:
-        for case in sorted((pathlib.Path(folder) / tier).glob("*/case.json")):
+        for case in sorted((pathlib.Path(folder) / tier).glob("*/expected.json")):
             name = f"{tier}/{case.parent.name}"
             if only and not any(
                 fnmatch.fnmatch(name, pattern) or fnmatch.fnmatch(case.parent.name, pattern)
@@ -54,5 +53,5 @@ def load(folder, only=None):
             path = case.parent / "input.fvv"
             if not path.is_file():
                 raise BadCase(f"{path}: missing")
-            found.append(Case(name, tier, path, read_json(case), read_json(case.parent / "expected.json")))
+            found.append(Case(name, tier, path, read_json(case)))
     return found

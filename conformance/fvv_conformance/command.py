@@ -195,7 +195,7 @@ def render(arguments):
 
 def list_cases(cases):
     for case in cases:
-        print(f"{case.name}: {case.about.get('title', '')}")
+        print(f"{case.name}: {case.expected.get('title', '')}")
     return DONE
 
 

@@ -110,9 +110,9 @@ def as_json(tested, cases):
             {
                 "name": case.name,
                 "tier": case.tier,
-                "title": case.about.get("title", ""),
-                "clauses": case.about.get("clauses", []),
-                "rules": case.about.get("rules", []),
+                "title": case.expected.get("title", ""),
+                "clauses": case.expected.get("clauses", []),
+                "rules": case.expected.get("rules", []),
             }
             for case in cases
         ],

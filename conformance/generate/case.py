@@ -1,4 +1,4 @@
-"""The list of cases, and their files: case.json, input.fvv and expected.json of each."""
+"""The list of cases, and their files: input.fvv and expected.json of each."""
 
 import json
 import pathlib
@@ -12,6 +12,7 @@ from reference.decoder import report
 CASES = pathlib.Path(__file__).resolve().parent.parent / "cases"
 FORMAT = f"{DATA['format']['major']}.{DATA['format']['minor']}"
 MOST_BYTES = 65535  # of one input
+FILES = ("input.fvv", "expected.json")  # of one case
 # Rules that make a reader stop: what was found before is all that there is. Others leave the rest usable.
 # Each chunk decodes all the same: attributes that differ within a group, a background that is not needed or known
 # already, a codec of sound that players skip.
@@ -94,7 +95,7 @@ def text(value):
 
 
 def description(case, fault):
-    """case.json."""
+    """The beginning of expected.json: what the case shows."""
     out = {"name": case.name, "title": case.title, "clauses": list(case.clauses)}
     rules = [issue(fault[0])] if fault else list(case.rules)
     if rules:
@@ -107,7 +108,7 @@ def description(case, fault):
 
 
 def expectation(case, data, fault):
-    """expected.json. What the stream holds comes from the reference decoder; status, issue and place from the writer."""
+    """The report in expected.json. What the stream holds comes from the reference decoder; status, issue and place from the writer."""
     found = report(data)
     if fault:
         found["frames"] = possible.frames(data)
@@ -142,7 +143,6 @@ def files(case):
     data, fault = made(case)
     folder = CASES / case.tier / case.name
     return {
-        folder / "case.json": text(description(case, fault)),
-        folder / "input.fvv": data,
-        folder / "expected.json": text(expectation(case, data, fault)),
+        folder / FILES[0]: data,
+        folder / FILES[1]: text(description(case, fault) | expectation(case, data, fault)),
     }

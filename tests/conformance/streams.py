@@ -17,7 +17,7 @@ class Case:
 
 
 def cases(tier):
-    return [Case(path.parent) for path in sorted((CONFORMANCE / "cases" / tier).glob("*/case.json"))]
+    return [Case(path.parent) for path in sorted((CONFORMANCE / "cases" / tier).glob("*/expected.json"))]
 
 
 def vectors():

@@ -27,7 +27,7 @@ def test_package_has_runner_and_cases(tmp_path):
     listed = subprocess.run(
         [program, "list"], check=True, capture_output=True, text=True, cwd=tmp_path
     ).stdout
-    assert len(listed.splitlines()) == len(list((ROOT / "conformance/cases").glob("*/*/case.json")))
+    assert len(listed.splitlines()) == len(list((ROOT / "conformance/cases").glob("*/*/expected.json")))
     code = "from fvv_conformance import rendering as r; print(len(list(r.default_folder().glob('*/picture.png'))))"
     vectors = subprocess.run([python, "-c", code], check=True, capture_output=True, text=True, cwd=tmp_path)
     assert int(vectors.stdout) == len(list((ROOT / "conformance/render/vectors").iterdir()))

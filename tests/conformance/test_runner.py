@@ -198,10 +198,8 @@ def write_case(folder, name, content, expected):
     path = folder / name
     path.mkdir(parents=True)
     (path / "input.fvv").write_bytes(content)
-    (path / "expected.json").write_text(json.dumps(expected))
-    (path / "case.json").write_text(
-        json.dumps({"title": "</script><b>", "rules": ["FVV-1001"], "clauses": ["3"]})
-    )
+    about = {"title": "</script><b>", "rules": ["FVV-1001"], "clauses": ["3"]}
+    (path / "expected.json").write_text(json.dumps(about | expected))
 
 
 def test_outputs_name_disagreements(tmp_path, capsys):
