@@ -2,8 +2,10 @@
 
 #include "cli/temporary.h"
 
+#include <fcntl.h>
 #include <pthread.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -33,6 +35,24 @@ extern "C" void interrupted(int signal) {
   std::raise(signal);
 }
 
+// The first file that a run opens would get the number of a standard stream that is closed, and what is
+// printed would be written into it. Reading from 0 and writing to 1 still fail, so that nothing is lost in
+// silence.
+void open_standard_descriptors() {
+  const int modes[] = {O_WRONLY, O_RDONLY, O_WRONLY};
+  for (int number = 0; number < 3; number++)
+    if (fcntl(number, F_GETFD) < 0 && errno == EBADF && open("/dev/null", modes[number]) != number)
+      std::_Exit(failed); // there is no place for a message
+}
+
+// What was ignored when the tool started (nohup, jobs of a script in the background) stays ignored.
+void handle(int signal) {
+  struct sigaction former, action = {};
+  if (sigaction(signal, nullptr, &former) == 0 && former.sa_handler == SIG_IGN) return;
+  action.sa_handler = interrupted;
+  sigaction(signal, &action, nullptr);
+}
+
 } // namespace
 
 Exit worse(Exit a, Exit b) {
@@ -50,9 +70,10 @@ void warn(const std::string &text) {
 }
 
 int run(const char *tool, const std::function<Exit()> &body) {
+  open_standard_descriptors();
   tool_name = tool;
   main_thread = pthread_self();
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, interrupted);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) handle(signal);
   // A full disk and a closed pipe are errors of write(2), reported in one line, not deaths by signal.
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
   try {

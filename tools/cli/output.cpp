@@ -85,19 +85,36 @@ int rename_without_replacing(const std::string &from, const std::string &to) {
   return std::rename(from.c_str(), to.c_str());
 }
 
-// Both names keep something whole at every moment where the system can exchange them in one step.
-int swap_names(const std::string &a, const std::string &b) {
+// What had a name before another file took it.
+struct Replaced {
+  std::string former; // where that is now; after a failure empty, unless it has lost its name
+  int error = 0;      // errno; 0: the name has changed hands
+};
+
+// Gives fresh the name. The name holds something whole at every moment where the system can exchange two
+// names in one step; elsewhere (NFS, FUSE) it is free for a moment.
+Replaced replace(const std::string &fresh, const std::string &name) {
 #ifdef RENAME_EXCHANGE
-  if (renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0) return 0;
-  if (errno != EINVAL && errno != ENOSYS) return -1;
+  if (renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, name.c_str(), RENAME_EXCHANGE) == 0) return {fresh};
+  if (errno != EINVAL && errno != ENOSYS) return {"", errno};
 #endif
-  const std::string aside = temporary_name(b);
-  if (std::rename(b.c_str(), aside.c_str()) != 0) return -1;
-  if (std::rename(a.c_str(), b.c_str()) == 0) return std::rename(aside.c_str(), a.c_str());
+  const std::string aside = temporary_name(name);
+  if (std::rename(name.c_str(), aside.c_str()) != 0) return {"", errno};
+  if (std::rename(fresh.c_str(), name.c_str()) == 0) return {aside};
   const int reason = errno;
-  std::rename(aside.c_str(), b.c_str());
-  errno = reason;
-  return -1;
+  return {std::rename(aside.c_str(), name.c_str()) == 0 ? "" : aside, reason};
+}
+
+std::string former_is_at(const std::string &path) {
+  return "; what was there before is now " + path;
+}
+
+// So that a name is on the disk as well as what it names. Some file systems do not take it for folders.
+void flush_folder(const std::string &folder) {
+  const int descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  fsync(descriptor);
+  ::close(descriptor);
 }
 
 // No signal ends the run between the first and the last of the files that appear together.
@@ -156,8 +173,8 @@ void FileWriter::close(bool to_disk) {
   if (!flushed || !closed) fail();
 }
 
-Output::Output(const std::string &path, bool may_replace, const Inputs &read)
-    : given(path), force(may_replace), read_by_run(read) {}
+Output::Output(const std::string &path, bool may_replace, const Inputs &read, bool folder)
+    : given(path), force(may_replace), read_by_run(read), is_folder(folder) {}
 
 Output::~Output() {
   {
@@ -212,13 +229,23 @@ void Output::check_inputs(const std::set<Identity> &found, const char *relation)
   });
 }
 
+void Output::keep_former(const std::string &path) {
+  if (!temporary.empty()) forget_temporary(temporary);
+  temporary = path;
+}
+
 void Output::place() {
   if (temporary.empty()) return;
   struct stat status;
   if (replaces && lstat(name.c_str(), &status) == 0) {
-    if (swap_names(temporary, name) != 0) throw Error(given + ": cannot replace: " + system_reason());
+    const Replaced replaced = replace(temporary, name);
+    if (replaced.error)
+      throw Error(given + ": cannot replace: " + std::strerror(replaced.error) +
+                  (replaced.former.empty() ? "" : former_is_at(replaced.former)));
     placed = exchanged = true;
-    check_former();
+    keep_former(replaced.former);
+    // Another program may have given the name to something else while the run went on.
+    check_former(temporary);
     return;
   }
   if (rename_without_replacing(temporary, name) != 0)
@@ -227,20 +254,35 @@ void Output::place() {
   placed = true;
 }
 
-void Output::take_back() {
-  if (!placed) return;
-  if (exchanged)
-    swap_names(temporary, name);
-  else
-    std::rename(name.c_str(), temporary.c_str());
-  placed = exchanged = false;
+std::string Output::take_back() {
+  if (!placed) return "";
+  placed = false;
+  if (!exchanged)
+    return std::rename(name.c_str(), temporary.c_str()) == 0
+               ? ""
+               : "; " + given + " is already there, and cannot be removed again: " + system_reason();
+  exchanged = false;
+  const Replaced replaced = replace(temporary, name);
+  if (!replaced.error) {
+    keep_former(replaced.former);
+    return "";
+  }
+  // The new output keeps the name, or nothing has it. What was there before stays, whatever happens.
+  const std::string former = temporary;
+  keep_former(replaced.former);
+  return "; " + given + " cannot be put back: " + std::strerror(replaced.error) + former_is_at(former);
 }
 
 void Output::remove_temporary() {
   if (temporary.empty()) return;
-  std::error_code ignored;
-  fs::remove_all(temporary, ignored);
-  remove_tree(temporary.c_str());
+  // A file output never removes a folder: another program may have given the name to one.
+  if (is_folder) {
+    std::error_code ignored;
+    fs::remove_all(temporary, ignored);
+    remove_tree(temporary.c_str());
+  } else {
+    unlink(temporary.c_str());
+  }
   forget_temporary(temporary);
   temporary.clear();
 }
@@ -254,11 +296,14 @@ void commit(const std::vector<Output *> &outputs) {
   const WithoutSignals together;
   try {
     for (Output *output : outputs) output->place();
-  } catch (...) {
-    for (Output *output : outputs) output->take_back();
-    throw;
+  } catch (const Error &error) {
+    std::string left;
+    for (auto output = outputs.rbegin(); output != outputs.rend(); ++output) left += (*output)->take_back();
+    if (left.empty()) throw;
+    throw Error(error.what() + left, error.kind);
   }
   for (Output *output : outputs) {
+    if (output->placed) flush_folder(fs::path(output->name).parent_path().string());
     for (const std::string &folder : output->parents) forget_temporary(folder);
     output->parents.clear();
     output->remove_temporary(); // what was there before, if anything
@@ -266,7 +311,7 @@ void commit(const std::vector<Output *> &outputs) {
 }
 
 OutputFile::OutputFile(const std::string &path, bool may_replace, const Inputs &read)
-    : Output(path, may_replace, read) {
+    : Output(path, may_replace, read, false) {
   if (path == "-") {
     if (isatty(STDOUT_FILENO))
       throw Error("standard output is a terminal: not writing a binary file to it", Error::usage);
@@ -302,9 +347,22 @@ OutputFile::OutputFile(const std::string &path, bool may_replace, const Inputs &
     temporary.clear();
     throw;
   }
-  // The new file has the permissions of the former one.
-  if (there && chmod(temporary.c_str(), former.st_mode & 0777) != 0)
+  if (!there) return;
+  former_identity = {former.st_dev, former.st_ino};
+  keep_owner(former);
+  if (chmod(temporary.c_str(), former.st_mode & 0777) != 0)
     throw Error(path + ": cannot create: " + system_reason());
+}
+
+// Who replaces the file of another user must be the administrator to keep its owner; its group is kept by
+// members of it too. For others the system refuses it, and then the file belongs to who wrote it, as with other programs.
+void OutputFile::keep_owner(const struct stat &former) const {
+  struct stat now;
+  if (lstat(temporary.c_str(), &now) != 0 || (now.st_uid == former.st_uid && now.st_gid == former.st_gid))
+    return;
+  if (lchown(temporary.c_str(), former.st_uid, former.st_gid) != 0 &&
+      lchown(temporary.c_str(), static_cast<uid_t>(-1), former.st_gid) != 0)
+    return;
 }
 
 void OutputFile::open_special() {
@@ -314,6 +372,15 @@ void OutputFile::open_special() {
   file = std::make_unique<FileWriter>(descriptor, given);
   if (isatty(descriptor))
     throw Error(given + ": is a terminal: not writing a binary file to it", Error::usage);
+}
+
+void OutputFile::check_former(const std::string &path) const {
+  struct stat status;
+  if (lstat(path.c_str(), &status) != 0) return;
+  if (!S_ISREG(status.st_mode))
+    throw Error(given + ": has become " + file_kind(status.st_mode) + " while this run went on; it stays");
+  if (Identity(status.st_dev, status.st_ino) != former_identity)
+    check_inputs({{status.st_dev, status.st_ino}}, "has become");
 }
 
 const std::string &OutputFile::written() {
@@ -326,7 +393,7 @@ void OutputFile::finish_writing() {
 }
 
 OutputFolder::OutputFolder(const std::string &path, bool may_replace, const Inputs &read)
-    : Output(path, may_replace, read) {
+    : Output(path, may_replace, read, true) {
   const std::string place = place_of(path);
   claim(place);
   struct stat former;
@@ -389,11 +456,32 @@ void OutputFolder::finish_writing() {
   std::string list = std::string(list_head) + "\n" + tool_key + tool() + "\n";
   for (const std::string &file : files) list += file_key + file + "\n";
   write(list_name, list);
+  flush();
 }
 
-void OutputFolder::check_former() const {
-  // Files may have been added while the run went on.
-  check_own(temporary);
+// Each file and each folder of it, before the folder gets its name.
+void OutputFolder::flush() const {
+  std::set<std::string> folders = {temporary};
+  for (const std::string &file : files) {
+    const fs::path whole = fs::path(temporary) / file;
+    const int descriptor = open(whole.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) continue; // expected of a later run
+    const bool flushed = fsync(descriptor) == 0 || errno == EINVAL;
+    const int reason = errno;
+    ::close(descriptor);
+    if (!flushed) throw Error(shown(file) + ": cannot write: " + std::strerror(reason));
+    for (fs::path p = fs::path(file).parent_path(); !p.empty(); p = p.parent_path())
+      folders.insert((fs::path(temporary) / p).string());
+  }
+  for (const std::string &folder : folders) flush_folder(folder);
+}
+
+void OutputFolder::check_former(const std::string &path) const {
+  struct stat status;
+  if (lstat(path.c_str(), &status) == 0 && !S_ISDIR(status.st_mode))
+    throw Error(given + ": has become " + file_kind(status.st_mode) + " while this run went on; it stays");
+  // Files may have been added.
+  check_own(path);
 }
 
 // Error unless a run of this tool wrote the folder and all that is in it, and this run reads none of it.

@@ -3,6 +3,7 @@
 
 #include "fvv_cxx/error.h"
 
+#include <sys/stat.h>
 #include <sys/types.h>
 
 #include <cstdint>
@@ -52,7 +53,7 @@ public:
   void commit();
 
 protected:
-  Output(const std::string &path, bool may_replace, const Inputs &read);
+  Output(const std::string &path, bool may_replace, const Inputs &read, bool folder);
   // Two outputs of a run must not be the same, nor one inside the other. target: what given means, resolved.
   void claim(const std::string &target);
   // Makes the folders around the target that are missing.
@@ -62,12 +63,16 @@ protected:
   using Identity = std::pair<dev_t, ino_t>;
   void check_inputs(const std::set<Identity> &found, const char *relation) const;
 
-  virtual void finish_writing() = 0;   // all errors of a full disk come here, before anything is replaced
-  virtual void check_former() const {} // of what is now under the temporary name
+  virtual void finish_writing() = 0; // all errors of a full disk come here, before anything is replaced
+  // Error unless what had the name, and is now at path, may be removed.
+  virtual void check_former(const std::string &path) const = 0;
+
+  void remove_temporary();
 
   const std::string given; // as the user wrote it
   const bool force;
   const Inputs read_by_run;
+  const bool is_folder;
   bool replaces = false; // whether anything has the name, and may lose it
   std::string name;      // without symbolic links; empty: there is nothing to rename
   std::string temporary;
@@ -75,8 +80,9 @@ protected:
 private:
   friend void commit(const std::vector<Output *> &outputs);
   void place();
-  void take_back();
-  void remove_temporary();
+  // What it could not restore, for the message of the error; empty: all is as before.
+  std::string take_back();
+  void keep_former(const std::string &path);
 
   std::vector<std::string> parents; // that this run made
   bool placed = false, exchanged = false;
@@ -100,7 +106,10 @@ public:
 
 private:
   void open_special();
+  void keep_owner(const struct stat &former) const;
   void finish_writing() override;
+  void check_former(const std::string &path) const override;
+  Identity former_identity;
   std::unique_ptr<FileWriter> file;
 };
 
@@ -122,7 +131,8 @@ public:
 
 private:
   void finish_writing() override;
-  void check_former() const override;
+  void flush() const;
+  void check_former(const std::string &path) const override;
   void check_own(const std::string &folder) const;
   std::mutex mutex; // of files
   std::set<std::string> files;

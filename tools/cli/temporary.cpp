@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <climits>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -56,8 +57,9 @@ std::string temporary_name(const std::string &path) {
   static int counter = 0;
   const std::filesystem::path whole(path);
   for (;;) {
-    const std::string leaf = "." + whole.filename().string() + "." + std::to_string(getpid()) + "." +
-                             std::to_string(counter++) + ".partial";
+    const std::string end = "." + std::to_string(getpid()) + "." + std::to_string(counter++) + ".partial";
+    // A name as long as the file system takes leaves no room for more.
+    const std::string leaf = "." + whole.filename().string().substr(0, NAME_MAX - 1 - end.size()) + end;
     const std::string name = (whole.parent_path() / leaf).string();
     if (!exists(name.c_str())) return name;
   }

@@ -171,8 +171,11 @@ cli::Exit write_sheet(Arguments &arguments) {
   sheet.force = arguments.force;
   if (arguments.frames) sheet.frames = fvv::parse_range("--frames", *arguments.frames);
   const fvvimport::SheetReport report = fvvimport::check_calibration(sheet);
-  const std::string text =
-      arguments.as_json ? fvvimport::sheet_json(report).dump(2) + "\n" : fvvimport::sheet_text(report);
+  const std::string text = arguments.as_json
+                               ? fvvimport::sheet_json(report).dump(
+                                     2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+                                     "\n"
+                               : fvvimport::sheet_text(report);
   if (!piped) std::fputs(text.c_str(), stdout);
   return report.warnings.empty() ? cli::done : cli::loss;
 }

@@ -347,7 +347,10 @@ cli::Exit cut_up(const mux::Options &options, const Outputs &outputs, bool as_js
   const WrittenSegments segments = write_segments(InputFile(options.capture), outputs.segments, folder);
   folder.commit();
   const nlohmann::ordered_json json = {{"fvvmux", 1}, {"segments", segments.json()}};
-  std::fputs((as_json ? json.dump(2) + "\n" : segments.text()).c_str(), stdout);
+  std::fputs((as_json ? json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n"
+                      : segments.text())
+                 .c_str(),
+             stdout);
   return cli::done;
 }
 
@@ -412,7 +415,7 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
   if (as_json) {
     nlohmann::ordered_json json = mux::summary_json(summary, outputs.stream);
     if (segments) json["segments"] = segments->json();
-    std::printf("%s\n", json.dump(2).c_str());
+    std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   } else if (!piped || isatty(STDERR_FILENO)) {
     const std::string text = mux::summary_text(summary, outputs.stream) + (segments ? segments->text() : "");
     std::fputs(text.c_str(), piped ? stderr : stdout);

@@ -55,7 +55,7 @@ mux::Observer observer_of(std::optional<cli::Progress> &progress, bool &warned) 
 
 void print(bool as_json, const char *key, const Json &json, const std::string &text) {
   const Json document = {{"fvvmux", 1}, {key, json}};
-  std::fputs((as_json ? document.dump(2) : text).c_str(), stdout);
+  std::fputs((as_json ? document.dump(2, ' ', false, Json::error_handler_t::replace) : text).c_str(), stdout);
   std::fputs("\n", stdout);
 }
 

@@ -34,8 +34,13 @@ void raise_descriptor_limit(size_t connections) {
 
 class Server {
 public:
-  explicit Server(const Options &options) : acceptor(io), timer(io), signals(io, SIGINT, SIGTERM) {
+  explicit Server(const Options &options) : acceptor(io), timer(io), signals(io) {
     service.options = options;
+    // What was ignored at the start (nohup, jobs of a script) stays ignored.
+    for (const int number : {SIGINT, SIGTERM}) {
+      struct sigaction former;
+      if (sigaction(number, nullptr, &former) != 0 || former.sa_handler != SIG_IGN) signals.add(number);
+    }
     if (!options.root.empty()) service.site.emplace(options.root, options.open);
     for (const LiveInput &input : options.live)
       if (!service.channels
