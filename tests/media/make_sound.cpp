@@ -71,7 +71,9 @@ void close_file(AVFormatContext *file) {
 
 void prepare_sound(Track &track, int channels, int rate) {
   track.encoder->sample_rate = rate;
-  track.encoder->sample_fmt = track.encoder->codec->sample_fmts[0];
+  const AVSampleFormat *format = track.encoder->codec->sample_fmts;
+  while (*format == AV_SAMPLE_FMT_S32P && format[1] != AV_SAMPLE_FMT_NONE) format++; // of libmp3lame
+  track.encoder->sample_fmt = *format;
   track.encoder->time_base = {1, rate};
   track.encoder->bit_rate = 96000 * channels;
   av_channel_layout_default(&track.encoder->ch_layout, channels);

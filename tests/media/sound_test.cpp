@@ -53,7 +53,9 @@ TEST_CASE("sound of every kind of file is where it was put") {
        {Case{"a.wav", "pcm_s16le", 48000, 1, false, 1}, Case{"b.wav", "pcm_f32le", 44100, 2, false, 1},
         Case{"c.flac", "flac", 96000, 2, false, 1}, Case{"d.opus", "libopus", 48000, 2, true, 1},
         Case{"e.mka", "libopus", 48000, 1, true, 48}, Case{"f.m4a", "aac", 44100, 2, true, 1},
-        Case{"g.m4a", "aac", 48000, 1, true, 1}, Case{"h.wav", "pcm_u8", 8000, 1, false, 2}}) {
+        Case{"g.m4a", "aac", 48000, 1, true, 1}, Case{"h.wav", "pcm_u8", 8000, 1, false, 2},
+        // The encoder's delay, which a LAME header declares, is before the sound.
+        Case{"i.mp3", "libmp3lame", 44100, 2, false, 2}, Case{"j.mp3", "libmp3lame", 48000, 1, false, 2}}) {
     INFO(c.name);
     const double at = 1.2345;
     write_sound(c.name, c.encoder, clicks(c.rate, c.channels, 2.5, {at}), c.channels, c.rate);
@@ -182,6 +184,44 @@ TEST_CASE("files without sound, damaged and odd ones are refused") {
   request.bit_rate = 0;
   request.stream = 3;
   CHECK(error_of("whole.flac", request) == "whole.flac: has 1 streams, stream 3 is not among them");
+}
+
+TEST_CASE("a WAV file of unknown length ends where it ends") {
+  write_sound("known.wav", "pcm_s16le", clicks(44100, 1, 1, {0.5}), 1, 44100);
+  std::ifstream in("known.wav", std::ios::binary);
+  const std::string known((std::istreambuf_iterator<char>(in)), {});
+  const size_t data = known.find("data");
+  REQUIRE(data != std::string::npos);
+  const auto with_lengths = [&](uint32_t riff, uint32_t samples) {
+    std::string bytes = known;
+    for (int i = 0; i < 4; i++) {
+      bytes[size_t(4 + i)] = char(riff >> 8 * i);
+      bytes[data + 4 + size_t(i)] = char(samples >> 8 * i);
+    }
+    return bytes;
+  };
+  // ffmpeg, arecord and sox to a pipe; and a program that was ended.
+  for (const auto &[riff, samples] :
+       {std::pair(0xffffffffu, 0xffffffffu), std::pair(0x80000024u, 0x80000000u),
+        std::pair(0x7ffff024u, 0x7ffff000u), std::pair(0u, 0u)}) {
+    INFO(riff);
+    write_bytes("unknown.wav", with_lengths(riff, samples));
+    const SoundPackets sound = load_sound("unknown.wav", {});
+    CHECK(std::llabs(click_in(sound, 24000) - 24000) <= 1);
+    CHECK(sound.end() >= 48000);
+  }
+  const auto size = uint32_t(known.size());
+  write_bytes("cut.wav", with_lengths(size, size).substr(0, size - 1001));
+  CHECK(!error_of("cut.wav").empty());
+}
+
+TEST_CASE("a rate at which few bytes are hours of sound is refused") {
+  for (const uint32_t rate : {1u, 999u, 768001u}) {
+    std::string bytes = wav_file(std::vector<int16_t>(4096), 1, 48000);
+    for (int i = 0; i < 4; i++) bytes[size_t(24 + i)] = char(rate >> 8 * i);
+    write_bytes("rate.wav", bytes);
+    CHECK(error_of("rate.wav").find("expected 1 to 64 channels at 1000 to 768000 Hz") != std::string::npos);
+  }
 }
 
 TEST_CASE("a damaged packet is an error, never other samples") {

@@ -29,6 +29,19 @@ struct Demuxer::Source {
     fclose(file);
   }
 
+  // Of a WAV file from a program that could not go back to write its length: 0, or (nearly) the greatest
+  // number of 31 or 32 bits in its place. Such a file ends where it ends.
+  bool is_endless_wav() const {
+    const off_t here = ftello(file);
+    uint8_t head[12];
+    const bool has_head = fseeko(file, 0, SEEK_SET) == 0 && fread(head, 1, sizeof head, file) == sizeof head;
+    const bool back = fseeko(file, here, SEEK_SET) == 0;
+    if (!has_head || !back || memcmp(head, "RIFF", 4) || memcmp(head + 8, "WAVE", 4)) return false;
+    const uint32_t size =
+        uint32_t(head[4]) | uint32_t(head[5]) << 8 | uint32_t(head[6]) << 16 | uint32_t(head[7]) << 24;
+    return size == 0 || (size >= 0x7ffff000 && size <= 0x80000100) || size >= 0xfffff000;
+  }
+
   static int read(void *source, uint8_t *bytes, int size) {
     FILE *from = static_cast<Source *>(source)->file;
     const size_t got = fread(bytes, 1, size_t(size), from);
@@ -62,7 +75,8 @@ bool is_list(const char *format) {
 } // namespace
 
 Demuxer::Demuxer(const std::string &path, Kind kind, std::optional<uint32_t> stream)
-    : path_(path), kind_(kind), source_(std::make_unique<Source>(path)) {
+    : path_(path), kind_(kind), source_(std::make_unique<Source>(path)),
+      is_endless_(source_->is_endless_wav()) {
   quiet_log();
   clear_log();
   try {
@@ -120,7 +134,7 @@ std::string Demuxer::no_such_file() const {
   return std::string(": is no ") + (kind_ == video ? "video" : "sound") + " file, or is cut or damaged";
 }
 
-int64_t Demuxer::first_picture() const {
+std::optional<int64_t> Demuxer::first_picture() const {
   for (unsigned i = 0; i < context_->nb_streams; i++) {
     const AVStream &stream = *context_->streams[i];
     if (stream.codecpar->codec_type != AVMEDIA_TYPE_VIDEO ||
@@ -128,7 +142,7 @@ int64_t Demuxer::first_picture() const {
       continue;
     return av_rescale_q(stream.start_time, stream.time_base, stream_->time_base);
   }
-  return 0;
+  return std::nullopt;
 }
 
 bool Demuxer::read(AVPacket *packet) {
@@ -140,7 +154,7 @@ bool Demuxer::read(AVPacket *packet) {
     if (log_has_error() || (code < 0 && code != AVERROR_EOF)) fail(path_ + ": is cut or damaged", code);
     if (code == AVERROR_EOF) return false;
     if (packet->stream_index != stream_->index || packet->size == 0) continue;
-    if (packet->flags & AV_PKT_FLAG_CORRUPT) throw Error(path_, "is cut or damaged");
+    if (packet->flags & AV_PKT_FLAG_CORRUPT && !is_endless_) throw Error(path_, "is cut or damaged");
     return true;
   }
 }

@@ -25,8 +25,8 @@ public:
   Demuxer(const Demuxer &) = delete;
 
   const AVStream &stream() const { return *stream_; }
-  // Time of the first picture of the file's first video, in the time base of stream(); 0 without one.
-  int64_t first_picture() const;
+  // Time of the first picture of the file's first video, in the time base of stream().
+  std::optional<int64_t> first_picture() const;
   // The next packet of the stream that is not empty; false at the end of the file. Error for a truncated or
   // damaged file, as far as the container shows it.
   bool read(AVPacket *packet);
@@ -42,6 +42,7 @@ private:
   const std::string path_;
   const Kind kind_;
   std::unique_ptr<Source> source_;
+  bool is_endless_ = false;
   AVFormatContext *context_ = nullptr;
   AVStream *stream_ = nullptr;
 };

@@ -5,6 +5,7 @@
 
 extern "C" {
 #include <libavcodec/bsf.h>
+#include <libavutil/intreadwrite.h>
 }
 
 #include <algorithm>
@@ -16,6 +17,8 @@ namespace fvv::media {
 
 namespace {
 
+// Below, a second of sound at 48 kHz would come from a few bytes of a file.
+constexpr uint32_t least_rate = 1000, most_rate = 768000;
 constexpr int64_t longest_gap = int64_t(3600); // seconds of silence that may be put in
 
 // Samples of an Opus packet at 48 kHz (RFC 6716 clause 3.1); 0 for none.
@@ -64,13 +67,15 @@ public:
              uint32_t(std::max(stream.codecpar->ch_layout.nb_channels, 0))};
     if (!avcodec_find_decoder(stream.codecpar->codec_id))
       throw Error(path_, std::string("this build of FFmpeg has no decoder for ") + info_.codec);
-    if (!info_.rate || info_.rate > 768000 || !info_.channels || info_.channels > 64)
+    if (info_.rate < least_rate || info_.rate > most_rate || !info_.channels || info_.channels > 64)
       throw Error(path_, "has sound of " + std::to_string(info_.channels) + " channels at " +
-                             std::to_string(info_.rate) + " Hz, which is out of range");
+                             std::to_string(info_.rate) + " Hz, expected 1 to 64 channels at " +
+                             std::to_string(least_rate) + " to " + std::to_string(most_rate) + " Hz");
     if (stream.time_base.num <= 0 || stream.time_base.den <= 0)
       throw Error(path_, "has the time base " + std::to_string(stream.time_base.num) + "/" +
                              std::to_string(stream.time_base.den) + ", expected a number > 0");
-    zero_ = demuxer_.first_picture();
+    first_picture_ = demuxer_.first_picture();
+    zero_ = first_picture_.value_or(0);
   }
 
   const SoundInfo &info() const { return info_; }
@@ -100,6 +105,10 @@ public:
       if (filter && !filter->apply(packet.get())) return {};
       if (packet->pts == AV_NOPTS_VALUE || !is_in_range(packet->pts)) return {};
       if (!count) {
+        // What an encoder put before the sound (iTunes says how much) is before the first sample.
+        if (!first_picture_ && !is_opus)
+          zero_ =
+              packet->pts + av_rescale_q(skipped_samples(*packet), {1, int(format.rate)}, stream.time_base);
         if (filter) take_record(*packet, format);
         if (!set_format(*packet, format)) return {};
         out.start = expected = first_time(packet->pts, format);
@@ -184,7 +193,7 @@ public:
       const int64_t pts = frame->pts != AV_NOPTS_VALUE ? frame->pts : frame->best_effort_timestamp;
       if (!start) {
         start = 0;
-        if (pts != AV_NOPTS_VALUE && is_in_range(pts)) {
+        if (first_picture_ && pts != AV_NOPTS_VALUE && is_in_range(pts)) {
           const int64_t time = time_of(pts, opus_rate), tick = tolerance(opus_rate) / 2;
           start = std::llabs(time) <= tick ? 0 : time;
         }
@@ -248,6 +257,13 @@ private:
     return std::llabs(time + delay) <= tolerance(format.rate) ? -delay : time;
   }
 
+  // At the beginning of a packet, that no player lets be heard.
+  static int64_t skipped_samples(const AVPacket &packet) {
+    size_t size = 0;
+    const uint8_t *skipped = av_packet_get_side_data(&packet, AV_PKT_DATA_SKIP_SAMPLES, &size);
+    return skipped && size >= 4 ? int64_t(AV_RL32(skipped)) : 0;
+  }
+
   // Of ADTS, which has the values of the record in every packet.
   static void take_record(const AVPacket &packet, SoundFormat &format) {
     size_t size = 0;
@@ -297,7 +313,8 @@ private:
   const SoundRequest request_;
   Demuxer demuxer_;
   SoundInfo info_;
-  int64_t zero_ = 0; // in ticks of the stream
+  std::optional<int64_t> first_picture_; // of a video file, in ticks of the stream of sound
+  int64_t zero_ = 0;                     // the file's time 0, likewise
   int64_t start_pts_ = AV_NOPTS_VALUE;
   Context context_;
 };
