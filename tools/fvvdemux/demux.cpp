@@ -214,6 +214,7 @@ std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const 
   for (const WrittenFrame &frame : frames)
     if (!frame.complete && reason.empty())
       reason = "frame " + std::to_string(frame.number) + " has not all files that other frames have";
+  if (frames.empty() && reason.empty()) reason = "no frame has a file of its own";
   if (!reason.empty()) return {};
   if (!numbers.places.empty() && frames.size() == numbers.places.size()) {
     FrameSpan out = span_with_gaps(frames, numbers, scene.frame_duration, meshes_alone);

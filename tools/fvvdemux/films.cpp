@@ -106,7 +106,8 @@ private:
       bytes += size;
       media::check_memory("a film of track " + std::to_string(track), bytes, options.memory);
       // A picture is shown until the next.
-      if (!samples.empty()) samples.back().duration = info.time - samples.back().time;
+      if (!samples.empty())
+        samples.back().duration = int64_t(uint64_t(info.time) - uint64_t(samples.back().time));
       samples.push_back({{data, data + size}, key != 0, info.time, duration});
     }
     return true;

@@ -92,12 +92,12 @@ Shown survey(const InputFile &file, const Options &options) {
       }
       last = frame.time;
       const double tick = double(out.scene.time_base.numerator) / out.scene.time_base.denominator;
-      out.frames.push_back({group.number + i, double(frame.time - first) * tick});
+      out.frames.push_back({group.number + i, double(uint64_t(frame.time) - uint64_t(first)) * tick});
     }
   if (out.frames.empty()) throw Error(file.path() + ": the stream has no frames");
   const fvv_rational &base = out.scene.time_base;
   const auto ticks = uint64_t(out.scene.frame_duration);
-  out.length = double(uint64_t(last - first) + ticks) * base.numerator / base.denominator;
+  out.length = (double(uint64_t(last) - uint64_t(first)) + double(ticks)) * base.numerator / base.denominator;
   out.duration = film.fps            ? fvv_rational{film.fps->denominator, film.fps->numerator}
                  : ticks > INT32_MAX ? lowest(0, 1)
                                      : lowest(ticks * base.numerator, base.denominator);

@@ -99,6 +99,9 @@ public:
   }
 
 private:
+  // The nearest point of a triangle is found with products of two squared lengths.
+  static constexpr double furthest = 1e70;
+
   struct Slot {
     FrameResult frame;
     Surface::Box box = {};
@@ -113,11 +116,19 @@ private:
   Meshes load(size_t i) const { return compare::load(a, b, matching.pairs[i]); }
 
   static Surface surface_of(const geometry::Mesh &mesh, const Sequence &sequence, int64_t number) {
+    for (const double x : mesh.positions)
+      if (!(std::abs(x) <= furthest))
+        throw Error(sequence.path() + ": frame " + std::to_string(number) +
+                    ": a vertex is too far out: its squared distances are no numbers");
     Surface surface(mesh);
     // Also false for NaN.
     if (!(surface.area() > 0 && std::isfinite(surface.area())))
       throw Error(sequence.path() + ": frame " + std::to_string(number) +
                   ": expected a surface with a finite area above 0");
+    const Surface::Box box = surface.box();
+    if (!(length(box.high - box.low) >= 1 / furthest))
+      throw Error(sequence.path() + ": frame " + std::to_string(number) +
+                  ": the surface is too small: its squared distances are no numbers");
     return surface;
   }
 

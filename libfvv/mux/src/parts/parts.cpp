@@ -2,6 +2,7 @@
 #include "fvv/container.h"
 #include "fvv_cxx/error.h"
 #include "fvv_scene/file_io.h"
+#include "fvv_scene/strict_json.h"
 #include "mux/src/encode/encode_job.h"
 #include "mux/src/parts/plan_data.h"
 
@@ -55,22 +56,23 @@ std::string report_of(const Summary &summary, size_t group, const std::vector<st
 void add_report(Summary &summary, const std::string &text, const std::string &name,
                 std::vector<std::string> &warnings) {
   try {
-    const Json report = Json::parse(text);
-    for (const Json &line : report.at("warnings")) warnings.push_back(line);
+    const nlohmann::json report =
+        scene::parse_strict_json(text, name + ": the report of the part is damaged");
+    for (const nlohmann::json &line : report.at("warnings")) warnings.push_back(line);
     for (size_t track = 0; track < summary.rates.size(); track++) {
-      const Json &video = report.at("videos").at(track);
+      const nlohmann::json &video = report.at("videos").at(track);
       summary.videos[track].payload += video.at("bytes").get<uint64_t>();
       summary.rates[track].groups += video.at("groups").get<size_t>();
       summary.rates[track].over += video.at("over").get<size_t>();
     }
     for (size_t k = 0; k < summary.lower_meshes.size(); k++) {
-      const Json &losses = report.at("lower_meshes").at(k);
+      const nlohmann::json &losses = report.at("lower_meshes").at(k);
       DecimationSums &sums = summary.lower_meshes[k].decimation;
       sums.vanished.pieces += losses.at("pieces").get<size_t>();
       sums.vanished.area += losses.at("area").get<double>();
       sums.thin_area += losses.at("thin_area").get<double>();
     }
-  } catch (const Json::exception &error) {
+  } catch (const nlohmann::json::exception &error) {
     throw Error(name + ": the report of the part is damaged: " + error.what());
   }
 }

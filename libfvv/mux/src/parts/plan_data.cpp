@@ -375,10 +375,48 @@ std::string save_plan(PlanData data) {
   return bytes;
 }
 
+namespace {
+
+// More than any plan has. nlohmann-json reads CBOR by recursion, and a plan is read before its checksum is
+// known.
+constexpr size_t deepest = 64;
+
+// Whether arrays and objects are at most that deep inside one another.
+class Depth : public nlohmann::json_sax<Cbor> {
+public:
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(int64_t) override { return true; }
+  bool number_unsigned(uint64_t) override { return true; }
+  bool number_float(double, const std::string &) override { return true; }
+  bool string(std::string &) override { return true; }
+  bool binary(Cbor::binary_t &) override { return true; }
+  bool key(std::string &) override { return true; }
+  bool start_object(size_t) override { return ++level <= deepest; }
+  bool start_array(size_t) override { return ++level <= deepest; }
+  bool end_object() override { return level-- > 0; }
+  bool end_array() override { return level-- > 0; }
+  bool parse_error(size_t, const std::string &, const nlohmann::detail::exception &) override {
+    return false;
+  }
+
+private:
+  size_t level = 0;
+};
+
+template <class Bytes> Cbor from_cbor(const Bytes &bytes, const std::string &name) {
+  Depth depth;
+  if (!Cbor::sax_parse(bytes.begin(), bytes.end(), &depth, Cbor::input_format_t::cbor))
+    throw Error(name + ": is no plan, or a damaged one");
+  return Cbor::from_cbor(bytes.begin(), bytes.end());
+}
+
+} // namespace
+
 PlanData load_plan(std::string_view bytes, const std::string &name, const std::string &capture) {
   PlanData data;
   try {
-    const Cbor file = Cbor::from_cbor(bytes.begin(), bytes.end());
+    const Cbor file = from_cbor(bytes, name);
     const auto &made_by = file.at("fvv_plan").get_ref<const std::string &>();
     if (made_by != version_text())
       throw Error(name + ": is a plan of " + made_by + ", expected one of " + version_text() +
@@ -386,7 +424,7 @@ PlanData load_plan(std::string_view bytes, const std::string &name, const std::s
     const std::vector<uint8_t> &fields = file.at("plan").get_binary();
     if (fvv_crc32c(0, fields.data(), fields.size()) != file.at("crc32c").get<uint32_t>())
       throw Error(name + ": the plan is damaged: its checksum is wrong");
-    Loader::load(Cbor::from_cbor(fields), data);
+    Loader::load(from_cbor(fields, name), data);
   } catch (const Cbor::exception &) {
     throw Error(name + ": is no plan, or a damaged one");
   }
