@@ -39,6 +39,13 @@ ImageInfo probe_exr(const uint8_t *bytes, size_t size, const std::string &name);
 // In the channels of the file.
 template <class SampleType>
 BasicImage<SampleType> decode_png(const uint8_t *bytes, size_t size, const std::string &name);
+// All that a PNG file holds: R, G, B and alpha of 16 bits. has_alpha: it has such a channel or colour.
+struct RgbaImage {
+  uint32_t width, height;
+  bool has_alpha;
+  std::vector<uint16_t> pixels;
+};
+RgbaImage decode_png_rgba(const uint8_t *bytes, size_t size, const std::string &name);
 Image decode_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
 template <class SampleType>
 BasicImage<SampleType> decode_exr_picture(const uint8_t *bytes, size_t size, const std::string &name);

@@ -59,6 +59,21 @@ public:
     return image;
   }
 
+  RgbaImage rgba() {
+    const ImageInfo info = header();
+    check_justified(uint64_t(png_get_rowbytes(png_, info_)) * info.height, 1032, size_, name_);
+    RgbaImage out = {info.width,
+                     info.height,
+                     (png_get_color_type(png_, info_) & PNG_COLOR_MASK_ALPHA) != 0 ||
+                         png_get_valid(png_, info_, PNG_INFO_tRNS) != 0,
+                     {}};
+    out.pixels.resize(size_t(4) * info.width * info.height);
+    if (!read_rows(reinterpret_cast<uint8_t *>(out.pixels.data()), size_t(8) * info.width, info.height, true,
+                   true))
+      fail();
+    return out;
+  }
+
 private:
   static void on_error(png_structp png, png_const_charp message) {
     auto *self = static_cast<PngReader *>(png_get_error_ptr(png));
@@ -90,7 +105,7 @@ private:
     return true;
   }
 
-  bool read_rows(uint8_t *pixels, size_t stride, uint32_t height, bool deep) {
+  bool read_rows(uint8_t *pixels, size_t stride, uint32_t height, bool deep, bool with_alpha = false) {
     if (setjmp(png_jmpbuf(png_))) return false;
     const int type = png_get_color_type(png_, info_);
     if (type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(png_);
@@ -101,7 +116,13 @@ private:
     } else {
       png_set_scale_16(png_);
     }
-    png_set_strip_alpha(png_);
+    if (with_alpha) {
+      png_set_tRNS_to_alpha(png_);
+      png_set_gray_to_rgb(png_);
+      png_set_add_alpha(png_, 0xffff, PNG_FILLER_AFTER);
+    } else {
+      png_set_strip_alpha(png_);
+    }
     const int passes = png_set_interlace_handling(png_);
     png_read_update_info(png_, info_);
     if (png_get_rowbytes(png_, info_) != stride) png_error(png_, "unexpected length of a row");
@@ -204,6 +225,10 @@ ImageInfo probe_png(const uint8_t *bytes, size_t size, const std::string &name) 
 template <class Sample>
 BasicImage<Sample> decode_png(const uint8_t *bytes, size_t size, const std::string &name) {
   return PngReader(bytes, size, name).picture<Sample>();
+}
+
+RgbaImage decode_png_rgba(const uint8_t *bytes, size_t size, const std::string &name) {
+  return PngReader(bytes, size, name).rgba();
 }
 
 template <class Sample> std::vector<uint8_t> encode_png(const BasicImage<Sample> &image, PngEffort effort) {

@@ -2,9 +2,15 @@
 
 #include "fvv_cxx/error.h"
 
+#include <algorithm>
+
 namespace fvv::scene {
 
 void MemoryFrames::put(int64_t number, Frame frame) {
+  // Masks of 0 and 1, as truth values become, mean 0 and 255.
+  for (media::Image &mask : frame.masks)
+    if (std::all_of(mask.pixels.begin(), mask.pixels.end(), [](uint8_t value) { return value <= 1; }))
+      for (uint8_t &value : mask.pixels) value = value ? 255 : 0;
   const std::lock_guard<std::mutex> lock(mutex);
   frames.insert_or_assign(number, std::make_shared<const Frame>(std::move(frame)));
 }

@@ -1,4 +1,5 @@
 #include "fvv_scene/pictures.h"
+#include "fvv_media/mask.h"
 #include "fvv_media/packed_image.h"
 #include "fvv_media/video_file.h"
 #include "fvv_scene/memory_frames.h"
@@ -76,13 +77,46 @@ template <class Sample> struct Constants {
   std::map<std::pair<std::string, int>, media::BasicImage<Sample>> pictures;
 
   // The first caller reads, the others wait for it.
-  media::BasicImage<Sample> read(const std::string &path, int channels) {
+  template <class Read>
+  media::BasicImage<Sample> get(const std::string &path, int channels, const Read &read) {
     const std::lock_guard<std::mutex> lock(mutex);
     const auto found = pictures.find({path, channels});
     if (found != pictures.end()) return found->second;
-    return pictures.emplace(std::pair(path, channels), media::read_image<Sample>(path, channels))
-        .first->second;
+    return pictures.emplace(std::pair(path, channels), read()).first->second;
   }
+};
+
+// The rule for the masks of each camera, by the pattern of their files. The first caller looks at the files,
+// in order and no further than needed; others wait for it.
+class MaskRules {
+public:
+  media::MaskRule of(const Capture &capture, const PictureSource &source) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const Key key(capture.resolve(source.text()), source.file(capture.frames.number(0)));
+    const auto found = rules.find(key);
+    if (found != rules.end()) return found->second;
+    return rules.emplace(key, look(capture, source)).first->second;
+  }
+
+private:
+  static media::MaskRule look(const Capture &capture, const PictureSource &source) {
+    std::optional<media::MaskFacts> facts;
+    const int64_t count = source.is_constant() ? 1 : capture.frames.count;
+    for (int64_t i = 0; i < count; i++) {
+      const auto more = media::MaskFacts::of(capture.resolve(source.file(capture.frames.number(i))));
+      if (!more) return media::MaskRule::luma; // lossy: what is little above 0 is noise
+      if (facts)
+        facts->add(*more);
+      else
+        facts = more;
+      if (facts->is_decided()) break;
+    }
+    return facts ? facts->rule() : media::MaskRule::luma;
+  }
+
+  using Key = std::pair<std::string, std::string>; // pattern, and first file: offsets may differ
+  std::mutex mutex;
+  std::map<Key, media::MaskRule> rules;
 };
 
 // A cache of masks. When it is full nothing is added or dropped: passes go through the frames in the same
@@ -139,10 +173,11 @@ media::BasicImage<Sample> put(const media::BasicImage<Sample> &image, const Plac
 
 struct Videos::Shared {
   Masks masks;
+  MaskRules mask_rules;
   std::atomic<uint64_t> pictures_read = 0, masks_read = 0;
-  Constants<uint8_t> constants;
-  Constants<uint16_t> deep_constants;
-  Constants<float> linear_constants;
+  Constants<uint8_t> stills;
+  Constants<uint16_t> deep_stills;
+  Constants<float> linear_stills;
   unsigned threads;
   std::mutex mutex; // of videos
   std::map<std::pair<std::string, std::optional<uint32_t>>, std::unique_ptr<Video>> videos;
@@ -158,13 +193,13 @@ struct Videos::Shared {
     }
     return *video;
   }
-  template <class Sample> media::BasicImage<Sample> constant(const std::string &path, int channels) {
+  template <class Sample> Constants<Sample> &constants() {
     if constexpr (std::is_same_v<Sample, uint8_t>)
-      return constants.read(path, channels);
+      return stills;
     else if constexpr (std::is_same_v<Sample, uint16_t>)
-      return deep_constants.read(path, channels);
+      return deep_stills;
     else
-      return linear_constants.read(path, channels);
+      return linear_stills;
   }
   size_t most_of_each() {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -194,10 +229,15 @@ media::BasicImage<Sample> Videos::read(const Capture &capture, const PictureSour
   Video *video = source.video ? &shared->video(path, source.video->stream) : nullptr;
   const size_t picture = video ? FrameClock(capture, *source.video).nearest(video->facts.times, frame) : 0;
   const int turned = source.rotate.value_or(video ? video->facts.rotation.value_or(0) : 0);
+  const auto read_still = [&]() -> media::BasicImage<Sample> {
+    if constexpr (std::is_same_v<Sample, uint8_t>)
+      if (channels == 1) return media::read_mask(path, shared->mask_rules.of(capture, source));
+    return media::read_image<Sample>(path, channels);
+  };
   const auto read_anew = [&] {
-    if (constant) return media::rotate(shared->constant<Sample>(path, channels), turned);
+    if (constant) return media::rotate(shared->constants<Sample>().get(path, channels, read_still), turned);
     (channels == 1 ? shared->masks_read : shared->pictures_read)++;
-    if (!video) return media::rotate(media::read_image<Sample>(path, channels), turned);
+    if (!video) return media::rotate(read_still(), turned);
     Loan reader(*video, picture, shared->most_of_each());
     return media::rotate((*reader).picture<Sample>(picture, channels), turned);
   };

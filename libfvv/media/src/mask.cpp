@@ -1,0 +1,81 @@
+#include "fvv_media/mask.h"
+
+#include "codecs.h"
+
+namespace fvv::media {
+
+namespace {
+
+// More classes or objects than these are noise or a photograph.
+constexpr size_t most_labels = 256;
+// Labels have areas. Noise changes from pixel to pixel.
+constexpr uint64_t least_run = 8;
+constexpr uint16_t opaque = 0xffff;
+// The least that becomes 128 of 255.
+constexpr uint32_t bright = 32768;
+
+uint32_t luma(const uint16_t *rgb) {
+  return uint32_t((13933ull * rgb[0] + 46871ull * rgb[1] + 4732ull * rgb[2] + 32768) >> 16);
+}
+
+} // namespace
+
+std::optional<MaskFacts> MaskFacts::of(const std::string &path) {
+  const std::vector<uint8_t> bytes = read_file(path);
+  if (!is_png(bytes.data(), bytes.size())) return std::nullopt;
+  const RgbaImage image = decode_png_rgba(bytes.data(), bytes.size(), path);
+  MaskFacts out;
+  out.has_alpha = image.has_alpha;
+  out.pixels = image.pixels.size() / 4;
+  uint64_t last = UINT64_MAX; // neighbours are mostly equal
+  for (size_t i = 0; i + 3 < image.pixels.size(); i += 4) {
+    const uint16_t *p = &image.pixels[i];
+    out.is_transparent = out.is_transparent || p[3] != opaque;
+    const uint64_t colour = uint64_t(p[0]) << 32 | uint64_t(p[1]) << 16 | p[2];
+    if (colour == last) continue;
+    last = colour;
+    out.changes++;
+    out.is_bright = out.is_bright || luma(p) >= bright;
+    out.is_coloured = out.is_coloured || p[0] != p[1] || p[1] != p[2];
+    if (out.colours.size() <= most_labels) out.colours.insert(colour);
+  }
+  return out;
+}
+
+void MaskFacts::add(const MaskFacts &other) {
+  has_alpha = has_alpha || other.has_alpha;
+  is_transparent = is_transparent || other.is_transparent;
+  is_bright = is_bright || other.is_bright;
+  is_coloured = is_coloured || other.is_coloured;
+  pixels += other.pixels;
+  changes += other.changes;
+  for (const uint64_t colour : other.colours)
+    if (colours.size() <= most_labels) colours.insert(colour);
+}
+
+MaskRule MaskFacts::rule() const {
+  if (is_transparent) return MaskRule::alpha;
+  const bool are_labels = colours.size() <= most_labels && changes * least_run < pixels;
+  // A soft edge has greys between; colours of a palette are numbers of objects, however dark they are.
+  if (are_labels && (is_coloured || !is_bright)) return MaskRule::any;
+  return MaskRule::luma;
+}
+
+bool MaskFacts::is_decided() const {
+  return is_transparent || (!has_alpha && is_bright && !is_coloured);
+}
+
+Image read_mask(const std::string &path, MaskRule rule) {
+  if (rule == MaskRule::luma) return read_image(path, 1);
+  const std::vector<uint8_t> bytes = read_file(path);
+  if (!is_png(bytes.data(), bytes.size())) return decode_image(bytes.data(), bytes.size(), 1, path);
+  const RgbaImage image = decode_png_rgba(bytes.data(), bytes.size(), path);
+  Image out = make_image(image.width, image.height, 1, 0);
+  for (size_t i = 0; i < out.pixels.size(); i++) {
+    const uint16_t *p = &image.pixels[4 * i];
+    out.pixels[i] = rule == MaskRule::alpha ? uint8_t(p[3] >> 8) : p[0] || p[1] || p[2] ? 255 : 0;
+  }
+  return out;
+}
+
+} // namespace fvv::media
