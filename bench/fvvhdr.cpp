@@ -1,6 +1,6 @@
 // What the compressions of OpenEXR cost on half-float pictures: bytes, time to encode and to decode.
-// docs/hdr.md has its table. Writes files in memory with OpenEXR itself, since the library writes only the
-// one that was chosen by this; decodes with the library's decoder of video.
+// docs/encoding/hdr.md has its table. Writes files in memory with OpenEXR itself, since the library writes
+// only the one that was chosen by this; decodes with the library's decoder of video.
 #include "fvv_media/exr.h"
 #include "fvv_media/video.h"
 

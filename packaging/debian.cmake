@@ -16,7 +16,7 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 # The tools have no libfvv.so to look for: they contain the library.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/libfvv)
 
-# The name changes with the SONAME, so that two can be installed beside each other (docs/abi.md).
+# The name changes with the SONAME, so that two can be installed beside each other (docs/project/abi.md).
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libfvv${FVV_SOVERSION})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Streaming file format for free-viewpoint video: the shared library

@@ -1,4 +1,4 @@
-"""./run charts [NAME...] [--quick [--accept]] [--list] [--draw]: measures, draws, and writes docs/charts."""
+"""./run charts [NAME...] [--quick [--accept]] [--list] [--draw]: measures, draws, and writes docs/evidence/charts."""
 
 import argparse
 import importlib
@@ -53,7 +53,7 @@ def quick(experiments, accept):
     bad = [figure for figure, _, _, verdict in rows if verdict in ("worse", "gone")]
     if bad:
         print(
-            f"charts: worse than docs/charts/results/headlines.json, or gone: {', '.join(bad)}",
+            f"charts: worse than docs/evidence/charts/results/headlines.json, or gone: {', '.join(bad)}",
             file=sys.stderr,
         )
         print("charts: on purpose: ./run charts --quick --accept", file=sys.stderr)
@@ -62,13 +62,17 @@ def quick(experiments, accept):
 
 def main():
     experiments = all_experiments()
-    parser = argparse.ArgumentParser(prog="./run charts", description="Measure, draw, and write docs/charts.")
+    parser = argparse.ArgumentParser(
+        prog="./run charts", description="Measure, draw, and write docs/evidence/charts."
+    )
     parser.add_argument("names", nargs="*", metavar="NAME", help="experiments; default: all")
     parser.add_argument(
         "--quick", action="store_true", help="headline figures alone; exit code 1 when one is worse"
     )
     parser.add_argument(
-        "--accept", action="store_true", help="with --quick: write docs/charts/results/headlines.json"
+        "--accept",
+        action="store_true",
+        help="with --quick: write docs/evidence/charts/results/headlines.json",
     )
     parser.add_argument("--draw", action="store_true", help="measure nothing; draw and write the page again")
     parser.add_argument("--list", action="store_true", help="print the experiments")

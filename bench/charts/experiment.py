@@ -1,7 +1,7 @@
 """What all experiments share: running tools, generated captures, packed streams, and results as JSON.
 
 Captures, streams and views are kept in build/charts and used again; they are made again when the tool that made them has
-changed. Results of an experiment are one JSON file in docs/charts/results with the machine, versions, command and date of their
+changed. Results of an experiment are one JSON file in docs/evidence/charts/results with the machine, versions, command and date of their
 measurement.
 """
 
@@ -22,7 +22,7 @@ from typing import Callable, NamedTuple
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 TOOLS = pathlib.Path(os.environ.get("FVV_TOOLS_DIR", ROOT / "build/default/tools")).resolve()
 WORK = ROOT / "build/charts"
-PAGES = ROOT / "docs/charts"
+PAGES = ROOT / "docs/evidence/charts"
 DATA = pathlib.Path(os.environ.get("FVV_DATA", ROOT.parent / "shared/data"))
 LIBRARIES = (
     "libdraco4",
@@ -40,8 +40,8 @@ sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "conformance/real")]
 class Experiment(NamedTuple):
     """One measurement with its charts. A module of this folder lists its experiments in EXPERIMENTS."""
 
-    name: str  # of its results, docs/charts/results/NAME.json, and of ./run charts NAME
-    title: str  # heading in docs/charts/README.md
+    name: str  # of its results, docs/evidence/charts/results/NAME.json, and of ./run charts NAME
+    title: str  # heading in docs/evidence/charts/README.md
     # measure(quick) returns results for JSON; with quick only what the headlines need, or None.
     measure: Callable
     draw: Callable  # draw(results, folder) writes NAME.svg, or several NAME-x.svg

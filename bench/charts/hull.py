@@ -61,7 +61,7 @@ def text(results):
 **Cells of {1e3 * paper['cell']:g} mm ({paper['vertices']:,} vertices) fit the masks to {100 * paper['iou_mean']:.1f} %, and finer ones come no nearer to the true surface: {1e3 * paper['rms']:.1f} mm from it, against {1e3 * finest['rms']:.1f} mm with cells of {1e3 * finest['cell']:g} mm.**
 What is left is the hull's own excess: no silhouette shows what is inside the outlines of all {results['cameras']} cameras. The distance is measured from the hull alone:
 coarse hulls are smaller and lose thin parts, which the figure does not count and the fit to the masks does. Time grows with the
-surface, not with the volume, because values are computed near the surface alone ([fvvcapture-hull.md](../fvvcapture-hull.md)).
+surface, not with the volume, because values are computed near the surface alone ([fvvcapture-hull.md](../../tools/fvvcapture-hull.md)).
 
 {chr(10).join([header, *lines])}"""
 

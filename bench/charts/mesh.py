@@ -467,7 +467,7 @@ meshoptimizer's positions are 16-bit numbers without a lattice, and its faces ar
 
 Where meshes need not be exact, decimation (`--max-error`) saves more than coarser steps do. Of meshes that keep their faces, motion takes
 {said} of the bytes of principal components at the same error of the surface. That is an estimate of what a codec with a basis of trajectories would take
-([trajectories.py](../../bench/charts/trajectories.py)): the entropy of quantised components in groups of {results['group']} frames, with the mean mesh by Draco.
+([trajectories.py](../../../bench/charts/trajectories.py)): the entropy of quantised components in groups of {results['group']} frames, with the mean mesh by Draco.
 
 ![Million triangles encoded per second, and the first call of a process](mesh-time.svg)
 

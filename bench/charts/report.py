@@ -1,4 +1,4 @@
-"""docs/charts/README.md, made from the stored results, and the comparison of headline figures with the committed ones."""
+"""docs/evidence/charts/README.md, made from the stored results, and the comparison of headline figures with the committed ones."""
 
 import json
 import re

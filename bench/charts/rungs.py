@@ -111,7 +111,7 @@ def text(results):
 
 **A rung of half the size takes {each(half)} in a view that no camera filmed.** Against streams of the full size and a lower quality, at the same PSNR of
 that view, rungs take {each(against)}: for the same link a coarser quality of the full size would show more here than a smaller size does. The generated
-pictures are sharper than those of real cameras ([docs/fvvmux-ladder.md](../fvvmux-ladder.md#size-and-quality) has both), and a rung also spares a player
+pictures are sharper than those of real cameras ([docs/encoding/ladder.md](../../encoding/ladder.md#size-and-quality) has both), and a rung also spares a player
 pixels to decode and to upload, which this chart does not show. Bytes are what a player takes: pictures, meshes, visibility and colours.
 
 {table}

@@ -304,7 +304,7 @@ between its cameras is {better:.1f} dB better.** Figures are PSNR inside the sil
 |---|---|---|---|---|---|
 {table}
 
-The encoding of WHP 235 is that of [bench/whp235.py](../../bench/whp235.py): text meshes to the millimetre, JPEG in Base64. Its view is drawn by
+The encoding of WHP 235 is that of [bench/whp235.py](../../../bench/whp235.py): text meshes to the millimetre, JPEG in Base64. Its view is drawn by
 the paper's rule (cameras weighted by the normal, cosine above {PAPER_THRESHOLD:g}, the best {PAPER_BEST}), with meshes and pictures as its client has
 them; fvv's by its own. So the difference in PSNR is of texturing and of seeing less of the background at outlines, not of the coding alone.
 The dotted line is the size that the paper reports for its own clip, {results['published']['bytes'] / 1000:.0f} kB a frame (27.3 Mbyte

@@ -104,7 +104,7 @@ camera's picture and faces it (cosine above 0.25), and is judged seen or hidden 
 
 Times are of one thread of a processor with the code of the reference renderer, three samples along the side of a pixel. On a graphics card depth maps cost
 less, and draw calls besides. The format has no other kinds any more: bits of vertices and bits of faces erred more than weights
-([docs/fvvmux-visibility.md](../fvvmux-visibility.md#cost-and-accuracy) has their last figures)."""
+([docs/encoding/visibility.md](../../encoding/visibility.md#cost-and-accuracy) has their last figures)."""
 
 
 def defaults(results):

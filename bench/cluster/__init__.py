@@ -1,1 +1,1 @@
-"""Figures of streams that many processes encode (docs/fvvmux-parts.md)."""
+"""Figures of streams that many processes encode (docs/encoding/parts.md)."""

@@ -15,7 +15,7 @@ const PAGES = [
   "three/",
   "docs/",
   "docs/guide/your-own-capture.html",
-  "docs/concepts.html",
+  "docs/guide/concepts.html",
   "docs/spec/fvv.html",
   "docs/spec/registry.html",
   "docs/c/stream.html",
@@ -31,7 +31,11 @@ const served = await serveFolder();
 const browser = await openBrowser();
 let count = 0;
 try {
-  await buildSite(served.folder, (path) => JSON.parse(tool("fvvinfo", "--json", path)).files[0], [clip]);
+  await buildSite(
+    served.folder,
+    (path) => JSON.parse(tool("fvvinfo", "--json", path)).files[0],
+    [clip],
+  );
   cpSync(docs, join(served.folder, "docs"), { recursive: true });
   for (const path of PAGES)
     for (const size of SIZES)

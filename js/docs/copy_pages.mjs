@@ -84,6 +84,6 @@ export function copyPages(out, references) {
   if (dead.length) throw new Error(`links that lead nowhere:\n${dead.join("\n")}`);
   // The first page names its picture by its address.
   mkdirSync(join(out, "public"), { recursive: true });
-  copyFileSync(join(root, "docs/walk.webp"), join(out, "public/walk.webp"));
+  copyFileSync(join(root, "docs/pictures/walk.webp"), join(out, "public/walk.webp"));
   for (const path of sources) put(out, `source/${path}.md`, sourcePage(path));
 }

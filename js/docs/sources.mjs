@@ -18,7 +18,7 @@ export function pagesOf() {
     ["CHANGELOG.md", "changelog.md"],
     ["CONTRIBUTING.md", "contributing.md"],
     ["SECURITY.md", "security.md"],
-    ["docs/charts/README.md", "charts.md"],
+    ["docs/evidence/charts/README.md", "evidence/charts.md"],
     ["bindings/python/README.md", "python/index.md"],
     ["conformance/README.md", "conformance/vectors.md"],
     ["conformance/PROTOCOL.md", "conformance/protocol.md"],
@@ -26,8 +26,8 @@ export function pagesOf() {
     ["js/player/conformance/README.md", "js/player-conformance.md"],
   ]);
   for (const name of list("js/docs/pages", ".md")) pages.set(`js/docs/pages/${name}`, name);
-  for (const name of list("docs", ".md")) pages.set(`docs/${name}`, name);
-  for (const name of list("docs/guide", ".md")) pages.set(`docs/guide/${name}`, `guide/${name}`);
+  for (const folder of ["guide", "tools", "encoding", "format", "evidence", "project"])
+    for (const name of list(`docs/${folder}`, ".md")) pages.set(`docs/${folder}/${name}`, `${folder}/${name}`);
   for (const name of list("spec", ".md")) pages.set(`spec/${name}`, `spec/${name === "README.md" ? "index.md" : name}`);
   for (const folder of ["js", "conformance"])
     for (const name of readdirSync(join(root, folder)).sort())

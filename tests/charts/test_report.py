@@ -46,7 +46,7 @@ def test_quick_fails_for_a_worse_figure(tmp_path, monkeypatch, capsys, value, co
 def test_every_experiment_has_results_pictures_and_a_sentence():
     for e in command.all_experiments():
         record = experiment.load(e.name)
-        assert record, f"no docs/charts/results/{e.name}.json: ./run charts {e.name}"
+        assert record, f"no docs/evidence/charts/results/{e.name}.json: ./run charts {e.name}"
         text = e.text(record["results"])
         assert report.first_sentence(text), e.name
         pictures = [name for name in report.pictures(text) if not (experiment.PAGES / name).exists()]

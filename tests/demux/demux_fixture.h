@@ -261,7 +261,7 @@ inline Bytes read(const std::string &path) {
   return Bytes(bytes.begin(), bytes.end());
 }
 
-// All files below a folder by their names relative to it, without the list of them (docs/outputs.md).
+// All files below a folder by their names relative to it, without the list of them (docs/tools/outputs.md).
 inline std::map<std::string, Bytes> files_of(const std::string &folder) {
   std::map<std::string, Bytes> out;
   for (const auto &entry : fs::recursive_directory_iterator(folder))

@@ -1,4 +1,4 @@
-"""The binary interface of libfvv.so against the one that was released (docs/abi.md).
+"""The binary interface of libfvv.so against the one that was released (docs/project/abi.md).
 
 abi.py LIBRARY INCLUDE BASELINE [--update]: the types of all that LIBRARY exports, as a C compiler lays them out by the headers below
 INCLUDE, are compared by abidiff with BASELINE. Exit 1: they differ. --update writes BASELINE.
@@ -66,7 +66,7 @@ def main():
     if compared.returncode:
         print(compared.stdout, compared.stderr, sep="", end="")
         sys.exit(
-            f"{arguments.library}: is not what {arguments.baseline} describes; docs/abi.md says what follows"
+            f"{arguments.library}: is not what {arguments.baseline} describes; docs/project/abi.md says what follows"
         )
     print(f"{len(names)} functions as in {arguments.baseline}")
 

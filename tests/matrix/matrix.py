@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Do all machines, compilers and levels of optimisation decode the same bits? (./run matrix, docs/matrix.md)
+"""Do all machines, compilers and levels of optimisation decode the same bits? (./run matrix, docs/evidence/matrix.md)
 
 Every build of libfvv reads every case through the protocol of the conformance suite. A build agrees on a case when its whole
 report is that of the first build: frames, hashes of their arrays, sound, background, issues and their places. The decoders in
@@ -152,7 +152,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("builds", nargs="*", help="names; default: all")
     parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "build/matrix")
-    parser.add_argument("--docs", action="store_true", help="write the table into docs/matrix.md")
+    parser.add_argument("--docs", action="store_true", help="write the table into docs/evidence/matrix.md")
     options = parser.parse_args()
     known = {build.name: build for build in builds()}
     unknown = set(options.builds) - set(known)
@@ -197,7 +197,7 @@ def main():
         )
     print(f"matrix.builds {len(rows)}")
     if options.docs:
-        page = ROOT / "docs/matrix.md"
+        page = ROOT / "docs/evidence/matrix.md"
         before, rest = page.read_text().split(BEGIN)
         after = rest.split(END)[1]
         table = markdown(rows, len(paths), time.monotonic() - begin)

@@ -209,7 +209,7 @@ def test_each_command(sample, made, tmp_path, tools):
     for number, line in enumerate(sample.text.splitlines()):
         place = tmp_path / str(number)
         shutil.copytree(made[0], place, symlinks=True, copy_function=os.link)
-        if sample.file == "docs/calibration.md":
+        if sample.file == "docs/tools/calibration.md":
             write_calibrations(made, place)
         remove_outputs(line, place)
         done = run(line, place, tools)
@@ -217,7 +217,7 @@ def test_each_command(sample, made, tmp_path, tools):
 
 
 def write_calibrations(made, place):
-    """The files that the samples of docs/calibration.md name, and captures beside them."""
+    """The files that the samples of docs/tools/calibration.md name, and captures beside them."""
     _, formats, random = made
     shutil.copytree(place / "players", place, dirs_exist_ok=True, copy_function=os.link)
     for name, target in [

@@ -1,4 +1,4 @@
-"""No tool ever loses a user's files: what may take the place of what, and what a failed run leaves (docs/outputs.md)."""
+"""No tool ever loses a user's files: what may take the place of what, and what a failed run leaves (docs/tools/outputs.md)."""
 
 import ctypes
 import json

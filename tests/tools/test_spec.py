@@ -69,11 +69,33 @@ def test_numbers_of_issues_and_requirements_are_unique():
 
 def test_the_page_about_draco_names_every_part_that_the_checker_reports():
     source = (ROOT / "libfvv/src/mesh/draco_check.c").read_text()
-    page = " ".join((ROOT / "docs/draco.md").read_text().split())
+    page = " ".join((ROOT / "docs/format/draco.md").read_text().split())
     parts = set(re.findall(r'broken\(w, "(.*?)"\)', source)) | set(re.findall(r'= {"(.*?)", {', source))
     parts |= set(re.findall(r'"([a-z ]+)", {\d', source))
     assert len(parts) >= 9
     assert [part for part in sorted(parts) if part not in page] == []
+
+
+def test_pages_that_files_name_are_there():
+    """Help, comments and messages name pages by their path from the root; the build of the documentation checks links."""
+    name = re.compile(r"(?<![\w/.-])docs/[\w./-]*\w\.md\b")
+    files = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
+    if files.returncode:
+        pytest.skip("no git checkout")
+    gone, found = [], 0
+    for path in map(ROOT.joinpath, files.stdout.split("\n")[:-1]):
+        if (
+            path.suffix
+            not in {".md", ".c", ".h", ".cpp", ".py", ".js", ".mjs", ".ts", ".json", ".cmake", ".txt", ""}
+            or not path.is_file()
+        ):
+            continue
+        for page in name.findall(path.read_text(errors="replace")):
+            found += 1
+            if not (ROOT / page).is_file():
+                gone.append(f"{path.relative_to(ROOT)}: {page}")
+    assert found > 100
+    assert gone == []
 
 
 @pytest.mark.parametrize("path", SCHEMAS, ids=lambda path: path.name)

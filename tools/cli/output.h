@@ -1,4 +1,4 @@
-// Outputs of a run: whole under their names, or absent. docs/outputs.md has the rules that users read.
+// Outputs of a run: whole under their names, or absent. docs/tools/outputs.md has the rules that users read.
 #pragma once
 
 #include "fvv_cxx/error.h"

@@ -12,12 +12,13 @@ using namespace fvv;
 
 namespace {
 
-constexpr const char *footer = "docs/fvvcompare.md defines every figure. Lengths are in metres, or in units "
-                               "of sources of unknown scale.\n"
-                               "Exit code: 0 done, 1 nothing could be compared or a bound is exceeded, 2 "
-                               "usage, 3 done but for frames that\n"
-                               "could not be compared.\n"
-                               "spec/fvvcompare.schema.json describes the output of --json.";
+constexpr const char *footer =
+    "docs/tools/fvvcompare.md defines every figure. Lengths are in metres, or in units "
+    "of sources of unknown scale.\n"
+    "Exit code: 0 done, 1 nothing could be compared or a bound is exceeded, 2 "
+    "usage, 3 done but for frames that\n"
+    "could not be compared.\n"
+    "spec/fvvcompare.schema.json describes the output of --json.";
 
 struct Bounds {
   std::optional<double> rms, distance;
@@ -83,7 +84,7 @@ int main(int argc, char **argv) {
       ->type_name("FOLDER");
   app.add_flag("--json", as_json, "print everything as JSON");
   app.add_flag("--force", options.force,
-               "replace an existing file, and a folder that fvvcompare wrote (docs/outputs.md)");
+               "replace an existing file, and a folder that fvvcompare wrote (docs/tools/outputs.md)");
   app.add_option("--threads", options.threads, "frames at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
   app.footer(footer);

@@ -90,7 +90,7 @@ int main(int argc, char **argv) {
   app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
   cli::add_max_memory(app, options.memory.bytes);
-  app.add_flag("--force", options.force, "replace the folder if fvvdemux wrote it (docs/outputs.md)");
+  app.add_flag("--force", options.force, "replace the folder if fvvdemux wrote it (docs/tools/outputs.md)");
   app.add_flag("--json", as_json, "print a summary as JSON");
   app.footer("Pictures are whole: what the stream has of them where it was, grey around it.\n"
              "Sound is that of the groups that the frames are in, with the packets of the stream.\n"

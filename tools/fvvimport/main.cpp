@@ -247,7 +247,7 @@ int main(int argc, char **argv) {
       ->check(CLI::Range(1, 256))
       ->needs(sheet);
   app.add_flag("--json", a.as_json, "print a summary as JSON");
-  app.add_flag("--force", a.force, "replace the file when it exists (docs/outputs.md)");
+  app.add_flag("--force", a.force, "replace the file when it exists (docs/tools/outputs.md)");
   app.footer(
       "--check takes points in the units that are written (metres unless unknown), and pixels with the\n"
       "centre of the top left one at (0.5, 0.5).\n"

@@ -144,7 +144,7 @@ std::string hint(const SheetReport &report) {
   if (report.suspicion == geometry::Suspicion::misses_all)
     return "  hint      the " + what +
            " meets no mask, or is in no picture: units, axes, or the direction of the poses "
-           "(docs/calibration.md)\n";
+           "(docs/tools/calibration.md)\n";
   if (report.suspicion == geometry::Suspicion::half_pixel)
     return "  hint      all outlines lie half a pixel off: pixel_centre is 0 for 0.5, or the reverse\n";
   return "";

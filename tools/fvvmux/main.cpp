@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char *footer =
     "Exit code: 0 done, 1 failed, 2 usage, 3 done with warnings. A run that fails, also by --verify, leaves\n"
-    "no file and no folder behind (docs/outputs.md).\n"
+    "no file and no folder behind (docs/tools/outputs.md).\n"
     "spec/fvvmux.schema.json describes the output of --json.";
 
 struct Outputs {
@@ -66,7 +66,7 @@ void add_input_options(CLI::App &app, Outputs &outputs, mux::OptionTexts &texts)
 void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::OptionTexts &texts) {
   app.add_option("CAPTURE", options.capture,
                  "capture.json (spec/capture.md) or its folder; or the folder of a COLMAP model or of "
-                 "nerfstudio's transforms.json; or left out, with --meshes (docs/fvvmux-inputs.md)")
+                 "nerfstudio's transforms.json; or left out, with --meshes (docs/tools/fvvmux-inputs.md)")
       ->type_name("FILE.json|fvv");
   app.add_option("-o,--output", outputs.stream, "file to write; - is standard output")->type_name("FILE.fvv");
   app.add_option(
@@ -91,7 +91,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
       "--ladder", texts.ladder,
       "send the pictures at several sizes, of which a player takes one, and changes by the bandwidth "
       "that it has: factors of the size, best first (1,0.75,0.5), each with a PSNR of 9 dB less for "
-      "half the size, or bits a second of each (8M,2M,500k) (docs/fvvmux-ladder.md)");
+      "half the size, or bits a second of each (8M,2M,500k) (docs/encoding/ladder.md)");
   app.add_option("--mesh-ladder", texts.mesh_ladder,
                  "coarser meshes for lower rungs, whose pixels are larger: auto where they save 5 % of a "
                  "rung, on or off")
@@ -114,12 +114,12 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
   app.add_option(
          "--crop", texts.crop,
          "auto: of each camera's picture what is seen of the scene in a group of frames, by its masks, else "
-         "by the mesh; none: whole pictures (docs/fvvmux-tiles.md)")
+         "by the mesh; none: whole pictures (docs/encoding/tiles.md)")
       ->capture_default_str()
       ->type_name("auto|none");
-  auto *undistort =
-      app.add_flag("--undistort", options.undistort,
-                   "resample the pictures of cameras with a lens to cameras without (docs/calibration.md)");
+  auto *undistort = app.add_flag(
+      "--undistort", options.undistort,
+      "resample the pictures of cameras with a lens to cameras without (docs/tools/calibration.md)");
   app.add_option("--undistort-alpha", options.undistort_alpha,
                  "how much they show: 0, the most that leaves no pixel blank; 1, all that the lens shows")
       ->check(within(mux::undistort_alpha_bounds))
@@ -137,7 +137,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
          "--video-tracks", texts.video_tracks,
          "spread the cameras over this number of video tracks, neighbours together, or camera: one for "
          "each. Players "
-         "can then leave out what a viewpoint does not need (docs/fvvmux-tiles.md)")
+         "can then leave out what a viewpoint does not need (docs/encoding/tiles.md)")
       ->capture_default_str()
       ->excludes(pixels)
       ->excludes(sides);
@@ -145,7 +145,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
       "--max-error", texts.max_error,
       "error of the geometry in pixels of the transmitted pictures, at the camera that sees a place "
       "sharpest, or as a length (1mm, 0.1cm): decides the lattice step, motion and how far meshes are "
-      "decimated (docs/fvvmux-budget.md). Default: 0.15; without cameras 1/8192 of a mesh's diagonal, and no "
+      "decimated (docs/encoding/budget.md). Default: 0.15; without cameras 1/8192 of a mesh's diagonal, and "
+      "no "
       "decimation");
   app.add_option("--step", texts.step,
                  "step of the lattice of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the "
@@ -176,7 +177,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
          "--visibility", texts.visibility,
          "send what cameras see: auto (weight, unless it takes more than a tenth of the pictures' bytes, or "
          "one camera is alone), weight (a visibility weight of each vertex and camera) or none "
-         "(docs/fvvmux-visibility.md)")
+         "(docs/encoding/visibility.md)")
       ->capture_default_str()
       ->type_name("auto|weight|none");
   app.add_option(
@@ -185,14 +186,14 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
          "and "
          "by players that cannot decode the pictures: auto (where there are meshes and pictures of cameras, "
          "and no atlas), on, off, or about how many cells of one colour the first mesh has "
-         "(docs/fvvmux-colours.md)")
+         "(docs/encoding/colours.md)")
       ->capture_default_str();
   app.add_option("--match-colours", texts.match_colours,
                  "correct the pictures of cameras whose exposure or white balance differs, by the surface "
                  "that they see in "
                  "common: auto (where two cameras differ by more than 3 % and gains take away at least half "
                  "of that), on "
-                 "or off (docs/fvvmux-match.md)")
+                 "or off (docs/encoding/match.md)")
       ->capture_default_str()
       ->type_name("auto|on|off");
   app.add_option(
@@ -220,7 +221,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
       ->check(within(mux::texture_depth_bounds));
   app.add_option("--texture-inset", texts.texture_inset,
                  "tell players how far inside the mesh the surface lies that cameras show: auto (found by "
-                 "drawing cameras from the others), off, or a length such as 3mm (docs/fvvmux-inset.md)")
+                 "drawing cameras from the others), off, or a length such as 3mm (docs/encoding/inset.md)")
       ->capture_default_str();
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
@@ -232,7 +233,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
   app.add_flag(
       "--skip-bad-frames", options.skip_bad_frames,
       "leave out frames with a mesh, picture or mask that cannot be used, and name them; exit code 3. All "
-      "files are read once more for it (docs/fvvmux-frames.md)");
+      "files are read once more for it (docs/encoding/frames.md)");
   app.add_option("--cameras", options.cameras,
                  "cameras to take, by identifier, range or name: 0-3,7,overhead")
       ->delimiter(',');
@@ -243,7 +244,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
   app.add_option("--audio-bitrate", texts.audio_bit_rate,
                  "bits a second of each audio track (96k), encoded as Opus. Default: Opus and AAC-LC stay as "
                  "they are; "
-                 "other sound has 64k for one channel, 48k a channel for more (docs/fvvmux-sound.md)")
+                 "other sound has 64k for one channel, 48k a channel for more (docs/encoding/sound.md)")
       ->excludes(no_audio);
   app.add_option(
          "--audio-channels", options.sound_channels,
@@ -258,11 +259,13 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, mux::Op
   app.add_option(
          "--segments", outputs.segments,
          "write the stream as a folder besides: configuration, a file for each group, manifest.json, for "
-         "hosts that break ranges (docs/fvvserve.md). CAPTURE may be a .fvv file then: it is cut up as it "
+         "hosts that break ranges (docs/tools/fvvserve.md). CAPTURE may be a .fvv file then: it is cut up as "
+         "it "
          "is, and -o is left out")
       ->type_name("FOLDER");
-  app.add_flag("--force", outputs.force,
-               "replace an existing file, and a folder of segments that fvvmux wrote (docs/outputs.md)");
+  app.add_flag(
+      "--force", outputs.force,
+      "replace an existing file, and a folder of segments that fvvmux wrote (docs/tools/outputs.md)");
 }
 
 // What --help shows; --help-all has everything.
@@ -274,9 +277,9 @@ const std::vector<cli::HelpSection> shown = {
       {"--cameras A,B-C,NAME", "cameras to take"},
       {"--segments FOLDER", "also as files for hosts without range requests"},
       {"--verify", "read the file back and compare everything with the capture"},
-      {"--force", "replace what exists (docs/outputs.md)"},
+      {"--force", "replace what exists (docs/tools/outputs.md)"},
       {"--json", "print the summary as JSON"}}},
-    {"Without a capture.json (docs/fvvmux-inputs.md)",
+    {"Without a capture.json (docs/tools/fvvmux-inputs.md)",
      {{"--meshes PATTERN", "files by frame number: 'f/%04d.obj'"},
       {"--atlas PATTERN", "their textures: 'f/%04d.png'"},
       {"--fps RATE", "frames per second. Default: 25"},
@@ -304,7 +307,7 @@ const std::vector<cli::HelpSection> shown = {
     {"Running",
      {{"--threads N", "the bytes are the same for any number"},
       {"--live", "no index and no footer"},
-      {"--plan FOLDER", "encode on many machines; --part, --merge (docs/fvvmux-parts.md)"},
+      {"--plan FOLDER", "encode on many machines; --part, --merge (docs/encoding/parts.md)"},
       {"--help-all", "all options, also for players' texturing, tiles, sound and ladders"},
       {"--version", "of fvvmux"}}}};
 const std::vector<std::string> examples = {

@@ -154,7 +154,7 @@ void add_part_options(CLI::App &app, PartCommand &command) {
   auto *plan = app.add_option(
       "--plan", command.plan,
       "plan the stream, encode its first group, and write both as a folder, for other processes and machines "
-      "that encode the other groups with --part (docs/fvvmux-parts.md)");
+      "that encode the other groups with --part (docs/encoding/parts.md)");
   auto *part = app.add_option("--part", command.part,
                               "CAPTURE is the folder of a plan: encode these groups of it, 3 or 3-7")
                    ->excludes(plan);

@@ -1,4 +1,4 @@
-// The commands of a stream in parts: --plan, --part and --merge (docs/fvvmux-parts.md).
+// The commands of a stream in parts: --plan, --part and --merge (docs/encoding/parts.md).
 #pragma once
 
 #include "cli/cli.h"

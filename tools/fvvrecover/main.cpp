@@ -87,7 +87,7 @@ int main(int argc, char **argv) {
   app.add_flag("--json", as_json, "print a report as JSON (spec/fvvrecover.schema.json)");
   app.footer(
       "Frames are kept with all their chunks or not at all. What is whole keeps its bytes; groups after\n"
-      "lost ones get new sequence numbers. Nothing damaged gets a new CRC (docs/fvvrecover.md).\n"
+      "lost ones get new sequence numbers. Nothing damaged gets a new CRC (docs/tools/fvvrecover.md).\n"
       "Exit code: 0 the input is whole and the output the same, 1 nothing can be kept, 2 usage,\n"
       "3 written, and the input is damaged or unfinished.");
   cli::set_help(app, "fvvrecover",

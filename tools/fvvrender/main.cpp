@@ -48,7 +48,7 @@ const std::vector<cli::HelpSection> shown = {
      {{"--camera N", "what the camera with this identifier sees"},
       {"--pose NUMBERS", "eye, a point to look at, up: EX,EY,EZ,TX,TY,TZ[,UX,UY,UZ], metres"},
       {"--focal N", "focal length in pixels, with a pose"}}},
-    {"Films (docs/fvvrender.md)",
+    {"Films (docs/tools/fvvrender.md)",
      {{"--orbit N", "walk around the action by this angle in degrees: 360"},
       {"--target X,Y,Z", "of an orbit; and --height, --radius"},
       {"--path FILE.json", "walk along keyframes"},
@@ -63,7 +63,7 @@ const std::vector<cli::HelpSection> shown = {
     {"More",
      {{"--depth FILE.exr", "also the depth; and --weights, --visibility, --mask"},
       {"--json", "print what was drawn as JSON"},
-      {"--force", "replace existing files (docs/outputs.md)"},
+      {"--force", "replace existing files (docs/tools/outputs.md)"},
       {"--help-all", "all options"},
       {"--version", "of fvvrender"}}}};
 
@@ -115,7 +115,8 @@ int main(int argc, char **argv) {
       app.add_option("--orbit", film.orbit,
                      "a film: walk around the action by this angle in degrees, counterclockwise from above")
           ->check(CLI::Range(-36000.0, 36000.0)),
-      app.add_option("--path", film.path, "a film: walk along these keyframes, .json (docs/fvvrender.md)")
+      app.add_option("--path", film.path,
+                     "a film: walk along these keyframes, .json (docs/tools/fvvrender.md)")
           ->type_name("FILE.json"),
       app.add_option("--frames", frames, "of a film: a range of the stream, 10-35; default: all")
           ->type_name("A-B"),
@@ -189,7 +190,7 @@ int main(int argc, char **argv) {
   app.add_option("--mask", options.mask, "also write where the mesh is: .png")->type_name("FILE.png");
   cli::add_max_memory(app, options.load.memory.bytes);
   app.add_flag("--json", as_json, "print what was drawn as JSON");
-  app.add_flag("--force", options.force, "replace existing files (docs/outputs.md)");
+  app.add_flag("--force", options.force, "replace existing files (docs/tools/outputs.md)");
   app.add_option("--threads", draw.threads, "default: one for each processor; the picture is the same")
       ->check(CLI::Range(1, 256));
   app.footer(

@@ -13,7 +13,8 @@ namespace {
 
 constexpr const char *footer =
     "Serves until SIGINT or SIGTERM. The addresses are printed on standard output. For development and live\n"
-    "contribution; docs/fvvserve.md says what to put in front of the public, and what live clients receive.\n"
+    "contribution; docs/tools/fvvserve.md says what to put in front of the public, and what live clients "
+    "receive.\n"
     "Exit code: 0 ended by a signal, 1 failed, 2 usage.";
 
 struct Texts {

@@ -127,7 +127,7 @@ int main(int argc, char **argv) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str()
       ->needs(footage);
-  app.add_flag("--force", force, "Replace the folder if fvvsynth wrote it (docs/outputs.md)");
+  app.add_flag("--force", force, "Replace the folder if fvvsynth wrote it (docs/tools/outputs.md)");
   fvv::cli::set_help(app, "fvvsynth",
                      {
                          "fvvsynth -o players",

@@ -52,7 +52,7 @@ class PointError:
 
 @dataclasses.dataclass(frozen=True)
 class Errors:
-    """The figures that docs/fvvcompare.md defines."""
+    """The figures that docs/tools/fvvcompare.md defines."""
 
     distance: Ways[Figures]  #: Point to surface.
     d1: Ways[PointError]  #: Point to point.
@@ -123,7 +123,7 @@ def compare(
     threads: int | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Comparison:
-    """Measures how far b is from a, with the figures of `fvvcompare` (docs/fvvcompare.md).
+    """Measures how far b is from a, with the figures of `fvvcompare` (docs/tools/fvvcompare.md).
 
     a, b: a path of a stream, a capture.json or its folder; an open clip; a mesh, or a list of meshes, as `fvv.Mesh` or
     (positions, indices[, normals[, uvs]]). Meshes in memory are numbered from 0, and have the unit and the frame rate of the other.

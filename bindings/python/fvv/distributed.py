@@ -1,4 +1,4 @@
-"""One stream from many processes and machines, with the bytes of a single run (docs/fvvmux-parts.md)."""
+"""One stream from many processes and machines, with the bytes of a single run (docs/encoding/parts.md)."""
 
 from __future__ import annotations
 

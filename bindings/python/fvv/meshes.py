@@ -100,7 +100,7 @@ def decimate(
     step: float | None = None,
     min_component: int = 0,
 ) -> Decimated:
-    """As few triangles as a budget allows, as `fvvmux` decimates (docs/fvvmux-budget.md).
+    """As few triangles as a budget allows, as `fvvmux` decimates (docs/encoding/budget.md).
 
     budget: rms distance between the surfaces: pixels of the cameras ("0.15px" or 0.15), at the camera that sees a place
     sharpest, or a length ("1mm"). triangles: how many to aim at, at any error, in place of a budget.

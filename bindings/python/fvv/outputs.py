@@ -111,7 +111,7 @@ _LIST, _HEAD = ".fvv-output", "fvv output folder 1"
 
 class FolderOutput:
     """A folder under a temporary name beside its own, until `commit`. With a tool's name it gets the list of its files by which a
-    later run may replace it (docs/outputs.md)."""
+    later run may replace it (docs/tools/outputs.md)."""
 
     def __init__(self, path: str, tool: str | None = None, force: bool = False) -> None:
         self.name = path

@@ -15,7 +15,7 @@ EXAMPLES = [
 ]
 NOTES = [
     "fvvcapture calibrate, which has a help of its own, makes the calibration from films of a board.",
-    "docs/fvvcapture.md explains all of it.",
+    "docs/tools/fvvcapture.md explains all of it.",
 ]
 CALIBRATE_EXAMPLES = [
     "fvvcapture calibrate board_videos --board 8x6 --square 0.08 --marker 0.06 -o room.json",
@@ -58,9 +58,9 @@ def capture_parser(version: str) -> Parser:
     add("--masks", metavar="FOLDER", help="masks of another program, in place of keying")
     add("--sheet", metavar="FILE.png", help="pictures with the outlines of their keys: look at it first")
     add("--chart", metavar="FILE.png", rare=True, help="the report as a picture")
-    add("--force", action="store_true", help="replace outputs that exist (docs/outputs.md)")
+    add("--force", action="store_true", help="replace outputs that exist (docs/tools/outputs.md)")
     add("--json", action="store_true", help="print the report as JSON (spec/fvvcapture.schema.json)")
-    board = out.section("A board, in place of --calibration (docs/fvvcapture-calibrate.md)")
+    board = out.section("A board, in place of --calibration (docs/tools/fvvcapture-calibrate.md)")
     board.add("--walk", metavar="FOLDER", help="films of a board that is carried through the volume")
     _board(board)
     board.add(
@@ -80,7 +80,7 @@ def capture_parser(version: str) -> Parser:
     add("--up", choices=UPS, help="axis of the world that points up")
     add("--sound", metavar="CAMERA", rare=True, help="the recording whose sound is taken")
     add("--name", metavar="NAME", default="", rare=True, help="of the scene")
-    add = out.section("Keying (docs/fvvcapture-keying.md)").add
+    add = out.section("Keying (docs/tools/fvvcapture-keying.md)").add
     add("--key", choices=("auto", "chroma", "difference", "both"), default="auto",
         help="what tells the action from the background")  # fmt: skip
     add("--backing", metavar="R,G,B", rare=True, help="colour of the screen. Default: measured")
@@ -88,7 +88,7 @@ def capture_parser(version: str) -> Parser:
         help="whether shadows are part of the action")  # fmt: skip
     add("--refine", choices=("none", "edge", "graph"), default="none",
         help="edge: outlines follow edges; graph: the least cut, slow")  # fmt: skip
-    add = out.section("Visual hull (docs/fvvcapture-hull.md)").add
+    add = out.section("Visual hull (docs/tools/fvvcapture-hull.md)").add
     add("--cell", metavar="LENGTH", help="of the finest grid: 8mm")
     add("--max-error", metavar="PIXELS", type=float, help="in place of --cell. Default: 4")
     add("--floor", metavar="METRES", type=float, help="height below which nothing is; needs --up")
@@ -118,7 +118,7 @@ def calibrate_parser(version: str) -> Parser:
         version,
         "Calibrate cameras: their lenses and poses, from videos of a board.",
         CALIBRATE_EXAMPLES,
-        ["docs/fvvcapture-calibrate.md explains all of it."],
+        ["docs/tools/fvvcapture-calibrate.md explains all of it."],
     )
     out.positional(
         "videos",

@@ -1,7 +1,7 @@
 """Visual hulls: the largest body whose outlines fit into the masks of all cameras.
 
 A point is inside when no camera, or at most `HullOptions.missed` of them, sees it outside its mask. The work is done by the
-library's octree and marching cubes; docs/fvvcapture-hull.md describes them."""
+library's octree and marching cubes; docs/tools/fvvcapture-hull.md describes them."""
 
 from __future__ import annotations
 

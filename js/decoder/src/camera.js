@@ -87,7 +87,7 @@ function shows(camera, [x, y, z]) {
 }
 
 /**
- * The cameras that a picture needs by the rule of docs/fvvrender.md, [{camera: id, share}], the largest share first. The
+ * The cameras that a picture needs by the rule of docs/tools/fvvrender.md, [{camera: id, share}], the largest share first. The
  * picture is taken to be a ball at target, seen from eye; each of its points takes its colour from the best cameras, by
  * the cosine between its normal and the ray to the camera, if that is at least threshold. Returns as many cameras as
  * together give the fraction share of the picture; with 1 all that give anything. Empty if no camera shows the target.

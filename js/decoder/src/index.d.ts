@@ -100,7 +100,7 @@ export interface RungChange extends Rung {
   buffer: number | null;
 }
 
-/** The viewer's position and target in world coordinates, and how a picture from there is textured (docs/fvvrender.md). */
+/** The viewer's position and target in world coordinates, and how a picture from there is textured (docs/tools/fvvrender.md). */
 export interface Viewpoint {
   eye: ArrayLike<number>;
   target: ArrayLike<number>;

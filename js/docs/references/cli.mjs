@@ -7,20 +7,20 @@ import { join } from "node:path";
 import { root } from "../sources.mjs";
 
 const TOOLS = {
-  fvvmux: "fvvmux-budget.md",
-  fvvinfo: "outputs.md",
-  fvvdemux: "outputs.md",
-  fvvimport: "calibration.md",
-  fvvcompare: "fvvcompare.md",
-  fvvrender: "fvvrender.md",
-  fvvrecover: "fvvrecover.md",
-  fvvserve: "fvvserve.md",
-  fvvsynth: "fvvsynth.md",
+  fvvmux: "encoding/budget.md",
+  fvvinfo: "tools/outputs.md",
+  fvvdemux: "tools/outputs.md",
+  fvvimport: "tools/calibration.md",
+  fvvcompare: "tools/fvvcompare.md",
+  fvvrender: "tools/fvvrender.md",
+  fvvrecover: "tools/fvvrecover.md",
+  fvvserve: "tools/fvvserve.md",
+  fvvsynth: "tools/fvvsynth.md",
 };
 /** Of the Python package, which need not be built. */
 const PYTHON_TOOLS = {
-  fvvcapture: "fvvcapture.md",
-  "fvvcapture calibrate": "fvvcapture-calibrate.md",
+  fvvcapture: "tools/fvvcapture.md",
+  "fvvcapture calibrate": "tools/fvvcapture-calibrate.md",
 };
 
 const escaped = (text) =>
@@ -101,7 +101,7 @@ export function cliReference(out, tools) {
     writeFileSync(join(out, `cli/${file}.md`), `${page(help, more[name])}\n`);
     return `| [${name}](./${file}.md) | ${inCell(escaped(help.summary))} |`;
   });
-  const index = `# Command line\n\n| tool | |\n|---|---|\n${rows.join("\n")}\n\nExit codes: 0 done, 1 failed, 2 usage, 3 done with loss or warnings. [Outputs](../outputs.md) says what \`--force\` replaces.\n`;
+  const index = `# Command line\n\n| tool | |\n|---|---|\n${rows.join("\n")}\n\nExit codes: 0 done, 1 failed, 2 usage, 3 done with loss or warnings. [Outputs](../tools/outputs.md) says what \`--force\` replaces.\n`;
   writeFileSync(join(out, "cli/index.md"), index);
   return {
     title: "Command line",

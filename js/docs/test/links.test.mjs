@@ -29,11 +29,17 @@ test("anchors are those of GitHub", () => {
 });
 
 test("a link to a file, a folder or a heading that is not there is dead", () => {
-  const dead = (address) => deadBecause("docs/glossary.md", address);
-  for (const address of ["../spec/fvv.md#81-lattice", "../LICENSE", "charts", "#streams", "https://example.org/x.md#y"])
+  const dead = (address) => deadBecause("docs/guide/glossary.md", address);
+  for (const address of [
+    "../../spec/fvv.md#81-lattice",
+    "../../LICENSE",
+    "diagrams",
+    "#streams",
+    "https://example.org/x.md#y",
+  ])
     assert.equal(dead(address), null, address);
-  assert.match(dead("../spec/fvw.md"), /docs\/glossary\.md: .*there is no spec\/fvw\.md/);
-  assert.match(dead("../spec/fvv.md#81-lettuce"), /spec\/fvv\.md has no heading/);
+  assert.match(dead("../../spec/fvw.md"), /docs\/guide\/glossary\.md: .*there is no spec\/fvw\.md/);
+  assert.match(dead("../../spec/fvv.md#81-lettuce"), /spec\/fvv\.md has no heading/);
   assert.match(dead("#stream"), /no heading/);
-  assert.match(dead("../../elsewhere"), /outside/);
+  assert.match(dead("../../../elsewhere"), /outside/);
 });

@@ -16,7 +16,7 @@ const SIZES = { 1280: [1280, 800], 390: [390, 844] };
 const PAGES = [
   "",
   "guide/your-own-capture",
-  "concepts",
+  "guide/concepts",
   "spec/fvv",
   "c/stream",
   "python/api",

@@ -314,7 +314,7 @@ void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictur
 
 namespace {
 
-// Cells on the first mesh, measured in docs/fvvmux-colours.md. Key frames that follow each other take few
+// Cells on the first mesh, measured in docs/encoding/colours.md. Key frames that follow each other take few
 // bytes each; one that serves a whole group may have more.
 constexpr double cells_of_each = 750, cells_of_runs = 3000;
 constexpr uint8_t step_of_each = 24, step_of_runs = 12;
@@ -382,7 +382,7 @@ ColourChoice choose_colours(const Plan &plan) {
 namespace {
 
 constexpr size_t compared_frames = 5;
-// Measured in docs/fvvmux-match.md.
+// Measured in docs/encoding/match.md.
 constexpr double least_difference = 0.03; // of two cameras
 constexpr double most_left = 0.5;         // of what cameras differ by, with the gains
 

@@ -1,5 +1,5 @@
 // What is chosen once for a stream: the error that geometry may have, with the lattice and the decimation
-// that follow from it (budget.cpp, docs/fvvmux-budget.md); normals, winding, visibility (choices.cpp).
+// that follow from it (budget.cpp, docs/encoding/budget.md); normals, winding, visibility (choices.cpp).
 #pragma once
 
 #include "fvv_mux/plan.h"

@@ -20,7 +20,7 @@ namespace fvv::mux {
 
 Background background_of(const Options &options) {
   if (options.background != Background::automatic) return options.background;
-  // Measured (docs/fvvmux-tiles.md): only AV1 takes fewer bytes for slopes than for the rim of a flat area.
+  // Measured (docs/encoding/tiles.md): only AV1 takes fewer bytes for slopes than for the rim of a flat area.
   return options.codec == FVV_CODEC_AV01 ? Background::smooth : Background::flat;
 }
 
@@ -399,7 +399,7 @@ private:
   std::vector<Kept> kept; // the first ones
 };
 
-// dB for each halving of the size (docs/fvvmux-ladder.md): detail that is missing in the pictures of a rung
+// dB for each halving of the size (docs/encoding/ladder.md): detail that is missing in the pictures of a rung
 // anyway hides that much error.
 constexpr double rung_loss = 9;
 // But no less than this, in dB, unless the first rung has less: below it a picture is hardly more than a

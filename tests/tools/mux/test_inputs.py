@@ -122,7 +122,7 @@ def worst_error(document, made, scale=1):
 
 # ---- the page ----------------------------------------------------------------------------------------------
 
-PAGE = (ROOT / "docs/fvvmux-inputs.md").read_text()
+PAGE = (ROOT / "docs/tools/fvvmux-inputs.md").read_text()
 SAMPLES = re.findall(r"<!-- run -->\n```sh\n(.*?)```", PAGE, re.S)
 
 

@@ -22,8 +22,8 @@ constexpr double latest_clock = 0.04;
 constexpr const char *held_out = "oval2";
 
 // Writes the films of all cameras of the studio but the overhead one and the one held out, and the truth
-// (docs/fvvsynth.md lists the files). The same bytes for any number of threads. scene: of the rig studio,
-// still. Error (usage) for fewer frames than clocks differ by.
+// (docs/tools/fvvsynth.md lists the files). The same bytes for any number of threads. scene: of the rig
+// studio, still. Error (usage) for fewer frames than clocks differ by.
 void write_footage(const Scene &scene, const Shoot &shoot, cli::OutputFolder &folder);
 
 } // namespace fvv::synth

@@ -1,4 +1,4 @@
-"""The samples of docs/fvvcapture.md that are marked `<!-- run -->`, in a folder with what they read."""
+"""The samples of docs/tools/fvvcapture.md that are marked `<!-- run -->`, in a folder with what they read."""
 
 import json
 import os
@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT, tool
 from fvv import open as open_clip
 
-PAGE = (ROOT / "docs/fvvcapture.md").read_text()
+PAGE = (ROOT / "docs/tools/fvvcapture.md").read_text()
 SAMPLES = re.findall(r"<!-- run -->\n```(sh|python)\n(.*?)```", PAGE, re.S)
 
 

@@ -1,4 +1,4 @@
-// A live stream over WebSocket, as fvvserve sends it (docs/fvvserve.md): each binary message is a chunk, or the file
+// A live stream over WebSocket, as fvvserve sends it (docs/tools/fvvserve.md): each binary message is a chunk, or the file
 // header with the configuration block; text messages report why a section ends, and which rungs there are.
 
 import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType, frameTime } from "../chunks.js";

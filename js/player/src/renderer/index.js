@@ -1,4 +1,4 @@
-// Draws frames of free-viewpoint video from any viewpoint in WebGL 2, as specified in docs/fvvrender.md. Depth and shadow
+// Draws frames of free-viewpoint video from any viewpoint in WebGL 2, as specified in docs/tools/fvvrender.md. Depth and shadow
 // maps are drawn once per frame, and a picture is not drawn again if it would be the same.
 
 import { checkTexturing, layoutOf, loadPictures, MAX_BEST, MAX_VIEWS, viewsOf } from "@fvv/shading";

@@ -1,5 +1,6 @@
 // Distances between two surfaces, and between the motions of two sequences of constant topology.
-// docs/fvvcompare.md has the formulas and their sources. Every function is pure and may run on any thread.
+// docs/tools/fvvcompare.md has the formulas and their sources. Every function is pure and may run on any
+// thread.
 #pragma once
 
 #include "fvv_geometry/surface.h"

@@ -1,5 +1,5 @@
 // As few triangles as a budget in pixels allows: the simplifier goes as far as the measured error permits,
-// and source faces are restored where the error is too large. docs/fvvmux-budget.md has the rules and their
+// and source faces are restored where the error is too large. docs/encoding/budget.md has the rules and their
 // cost. Every function is pure and may run on any thread.
 #pragma once
 

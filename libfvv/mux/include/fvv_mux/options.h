@@ -37,7 +37,7 @@ struct Rung {
   uint64_t bit_rate = 0; // of all video tracks of the rung; 0: by Options::bit_rate, or by quality
 };
 constexpr size_t most_rungs = 8;
-// The rate that a scale deserves is that power of it (docs/fvvmux-ladder.md).
+// The rate that a scale deserves is that power of it (docs/encoding/ladder.md).
 constexpr double rate_of_scale = 10.0 / 3;
 // By rates alone.
 std::vector<Rung> ladder_of_rates(const std::vector<uint64_t> &rates);

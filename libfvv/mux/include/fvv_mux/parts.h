@@ -1,5 +1,5 @@
 // A stream in parts: planned once, its groups encoded by many processes on many machines, and put together
-// to the bytes that Muxer writes for the same capture and options (docs/fvvmux-parts.md).
+// to the bytes that Muxer writes for the same capture and options (docs/encoding/parts.md).
 #pragma once
 
 #include "fvv_cxx/input_file.h"

@@ -5,7 +5,7 @@
 
 namespace fvv::mux {
 
-// The share of a rung's bytes that meshes of its own have to save (docs/fvvmux-ladder.md).
+// The share of a rung's bytes that meshes of its own have to save (docs/encoding/ladder.md).
 constexpr double least_mesh_saving = 0.05;
 
 // Adds coarser meshes for lower rungs to a plan whose other tracks are chosen, for all rungs of which

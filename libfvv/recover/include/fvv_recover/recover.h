@@ -1,5 +1,5 @@
-// A new stream from what is whole in a damaged or unfinished one. docs/fvvrecover.md has the rules that users
-// read.
+// A new stream from what is whole in a damaged or unfinished one. docs/tools/fvvrecover.md has the rules that
+// users read.
 #pragma once
 
 #include "fvv/types.h"

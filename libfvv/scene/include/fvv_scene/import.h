@@ -43,8 +43,8 @@ Calibration read_nerfstudio(const std::string &file);
 // The file that a file_path names, which may lack its extension. folder: of transforms.json.
 std::string nerfstudio_picture(const std::string &folder, const std::string &file_path);
 
-// Plain text of K, R and t (docs/calibration.md), pictures all width by height (the files do not say). A file
-// has one camera, named after the file, or several, each with its name before it; ids by position.
+// Plain text of K, R and t (docs/tools/calibration.md), pictures all width by height (the files do not say).
+// A file has one camera, named after the file, or several, each with its name before it; ids by position.
 Calibration read_krt(const std::vector<std::string> &files, uint32_t width, uint32_t height);
 
 // JSON of the CMU Panoptic Studio; ids by position, named as in the file. In centimetres.

@@ -1,5 +1,5 @@
 // Captures without a capture.json: files by pattern, and folders of COLMAP and nerfstudio as they are.
-// docs/fvvmux-inputs.md has what users read.
+// docs/tools/fvvmux-inputs.md has what users read.
 #pragma once
 
 #include "fvv_scene/capture.h"

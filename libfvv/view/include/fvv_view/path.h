@@ -33,9 +33,9 @@ private:
   std::vector<Keyframe> keys;
 };
 
-// A JSON array of 1 to 10000 objects {"time", "position", "target", "up", "fov"} (docs/fvvrender.md). Error
-// with the place "name: /3/time" for anything else; numbers beyond 1e6, keyframes less than a microsecond
-// apart and a fov outside 1 to 170 are errors.
+// A JSON array of 1 to 10000 objects {"time", "position", "target", "up", "fov"} (docs/tools/fvvrender.md).
+// Error with the place "name: /3/time" for anything else; numbers beyond 1e6, keyframes less than a
+// microsecond apart and a fov outside 1 to 170 are errors.
 Path parse_path(std::string_view bytes, const std::string &name);
 
 // A circle around an axis through target; the camera looks at target.
