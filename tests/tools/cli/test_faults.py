@@ -1,4 +1,4 @@
-"""What happens to outputs when the system fails, or another program interferes (docs/outputs.md): nothing is lost."""
+"""What happens to outputs when the system fails, or another program interferes (docs/tools/outputs.md): nothing is lost."""
 
 import errno
 import os
