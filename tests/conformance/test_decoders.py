@@ -28,6 +28,14 @@ def test_there_are_cases():
     assert tiers.count("valid") >= 200 and tiers.count("faulty") >= 200
 
 
+def test_a_spread_of_200_cases():
+    """The same for every run, from all tiers and kinds, in one process."""
+    found = [CASES[i * len(CASES) // 200] for i in range(200)]
+    tested = running.test_decoder(command_of("libfvv"), found, jobs=1, timeout=60)
+    assert [(o.case, o.differences[:3]) for o in tested.outcomes if o.differences] == []
+    assert len({o.case for o in tested.outcomes}) == 200
+
+
 @pytest.mark.parametrize("name", [*SAMPLES, "example.c", "example.mjs", "example.py"])
 def test_agreement(name):
     found = adapters.cases_for(name, CASES)

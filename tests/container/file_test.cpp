@@ -370,7 +370,7 @@ struct LongStream {
 
 } // namespace
 
-TEST_CASE("an index of 30 days of groups of one second is read within the default limits") {
+TEST_CASE("an index of 30 days of groups of one second is read within the default limits", "[slow]") {
   LongStream stream(30 * 24 * 3600);
   REQUIRE(stream.groups == 2592000);
   const fvv_input input = stream.input();

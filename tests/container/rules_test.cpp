@@ -409,7 +409,7 @@ TEST_CASE("a writer refuses what readers with default limits refuse, before it w
   CHECK(fvv_writer_end_group(w.writer, &w.d) == FVV_OK);
 }
 
-TEST_CASE("a writer refuses the group that no reader with default limits would list", "[long]") {
+TEST_CASE("a writer refuses the group that no reader with default limits would list", "[long][slow]") {
   fvv_limits limits;
   fvv_limits_default(&limits);
   CountingWriter w;

@@ -314,7 +314,7 @@ template <class Attempt> void for_each_failure(const Attempt &attempt) {
 
 } // namespace
 
-TEST_CASE("every allocation fails while a stream is read") {
+TEST_CASE("every allocation fails while a stream is read", "[slow]") {
   Log truth, log;
   const fvv_allocator allocator = memory::allocator();
   for (const File &file : streams()) {

@@ -172,7 +172,7 @@ TEST_CASE("no prefix of a delta payload decodes") {
   CHECK(judge.accepted == 0);
 }
 
-TEST_CASE("random damage to a delta payload is survived") {
+TEST_CASE("random damage to a delta payload is survived", "[slow]") {
   Judge judge;
   const Corpus all[] = {corpus(torus(30, 18), 2), corpus(charts(4), 2), corpus(tetrahedron(), 50)};
   std::mt19937 random(1);
@@ -198,7 +198,7 @@ TEST_CASE("random damage to a delta payload is survived") {
   CHECK(judge.refused > mutations / 2);
 }
 
-TEST_CASE("4 KiB of key and delta cost little, for any content") {
+TEST_CASE("4 KiB of key and delta cost little, for any content", "[slow]") {
   // The flat grid has most vertices for 3 KiB of Draco; random bits last longest in the last level.
   Shape shape = grid(2, 0);
   for (uint32_t n = 300; n > 2; n -= 8) {

@@ -219,7 +219,7 @@ TEST_CASE("no prefix of a payload decodes") {
   CHECK(judge.accepted == 0);
 }
 
-TEST_CASE("single damaged bytes are survived") {
+TEST_CASE("single damaged bytes are survived", "[slow]") {
   Judge judge;
   for (const Case &c : corpus())
     for (size_t at = 0; at < c.payload.size(); at += stride)
@@ -233,7 +233,7 @@ TEST_CASE("single damaged bytes are survived") {
   judge.report("single bytes");
 }
 
-TEST_CASE("random damage is survived") {
+TEST_CASE("random damage is survived", "[slow]") {
   Judge judge;
   const auto cases = corpus();
   std::mt19937 random(1);
@@ -260,7 +260,7 @@ TEST_CASE("random damage is survived") {
   judge.report("random damage");
 }
 
-TEST_CASE("hostile connectivity is survived") {
+TEST_CASE("hostile connectivity is survived", "[slow]") {
   Judge judge;
   const size_t bits = 8 * (4096 - 100);
   const std::string chosen[] = {

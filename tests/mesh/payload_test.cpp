@@ -41,7 +41,7 @@ std::vector<Named> shapes() {
 
 } // namespace
 
-TEST_CASE("every shape comes back from every profile and level with the same triangles") {
+TEST_CASE("every shape comes back from every profile and level with the same triangles", "[slow]") {
   for (const Named &named : shapes()) {
     INFO(named.name);
     const auto mesh = canonical(named.shape, named.step);
@@ -72,7 +72,7 @@ TEST_CASE("every shape comes back from every profile and level with the same tri
   }
 }
 
-TEST_CASE("surfaces with hundreds of handles come back") {
+TEST_CASE("surfaces with hundreds of handles come back", "[slow]") {
   for (const double filled : {0.2, 0.4, 0.6, 0.8})
     for (uint32_t seed = 1; seed <= 4; seed++) {
       INFO("filled " << filled << ", seed " << seed);
@@ -112,7 +112,7 @@ TEST_CASE("Draco splits vertices where the surface is no manifold, and the heade
   CHECK(back.face_count == 8);
 }
 
-TEST_CASE("a plane that codes to next to nothing is coded within the density") {
+TEST_CASE("a plane that codes to next to nothing is coded within the density", "[slow]") {
   const auto mesh = canonical(grid(300, 0), 0.01);
   const auto payload = encoded(*mesh, FVV_MESH_DRACO, 10);
   const size_t size = payload.size() - 16;
@@ -181,7 +181,7 @@ TEST_CASE("the encoder refuses meshes that no reader would take") {
   CHECK(fvv_mesh_encode(mesh.get(), FVV_MESH_DRACO, 5, nullptr, &payload, nullptr) == FVV_OK);
 }
 
-TEST_CASE("sequential bitstreams of other encoders are read") {
+TEST_CASE("sequential bitstreams of other encoders are read", "[slow]") {
   for (const uint32_t n : {4u, 20u, 300u})
     for (const bool compressed : {true, false}) {
       // Fine enough that a face takes more than 3 bytes: Draco refuses its own shorter ones.

@@ -1,6 +1,7 @@
 """The layers of tests/layers.json: no file uses a folder that its own folder may not use."""
 
 import ast
+import functools
 import json
 import pathlib
 import re
@@ -16,7 +17,12 @@ PACKAGES = {"@fvv/" + p.parent.name: f"js/{p.parent.name}/src" for p in (ROOT / 
 GENERATED_OR_FOREIGN = {"dist", "node_modules", "build"}
 
 
+@functools.cache
 def sources():
+    return tuple(found_sources())
+
+
+def found_sources():
     for folder in ["libfvv", "bindings", "tools", "tests", "bench", "js", "conformance", "spec"]:
         for path in sorted((ROOT / folder).rglob("*")):
             parts = set(path.relative_to(ROOT).parts)
@@ -27,20 +33,36 @@ def sources():
                 yield path
 
 
+@functools.cache
+def relative_to_root(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+@functools.cache
 def layer_of(path):
     """The row of the table that a file belongs to: the longest folder that holds it."""
-    relative = path.relative_to(ROOT).as_posix()
+    relative = relative_to_root(path)
     rows = [row for row in LAYERS if relative.startswith(row + "/")]
     return max(rows, key=len, default=None)
 
 
+@functools.cache
 def used_by(path):
     """The files of this project that a file includes or imports."""
+    return tuple(find_used(path))
+
+
+@functools.cache
+def is_file(path):
+    return path.is_file()
+
+
+def find_used(path):
     text = path.read_text()
     if path.suffix in {".c", ".h", ".cpp"}:
         for name in re.findall(r'^\s*#\s*include\s+"([^"]+)"', text, re.M):
             candidates = [path.parent / name] + [ROOT / root / name for root in C_ROOTS]
-            found = next((c for c in candidates if c.is_file()), None)
+            found = next((c for c in candidates if is_file(c)), None)
             if found:
                 yield found.resolve()
     elif path.suffix == ".py":
@@ -48,7 +70,7 @@ def used_by(path):
             for root in [path.parent, ROOT, ROOT / "conformance", ROOT / "bindings/python"]:
                 candidate = root / name.replace(".", "/")
                 found = next(
-                    (c for c in [candidate.with_suffix(".py"), candidate / "__init__.py"] if c.is_file()),
+                    (c for c in [candidate.with_suffix(".py"), candidate / "__init__.py"] if is_file(c)),
                     None,
                 )
                 if found:
@@ -63,7 +85,7 @@ def used_by(path):
                 yield ROOT / PACKAGES[package] / "index.js"
             elif name.startswith("."):
                 found = (path.parent / name).resolve()
-                if found.is_file() and ROOT in found.parents:
+                if is_file(found) and ROOT in found.parents:
                     yield found
 
 
@@ -73,7 +95,7 @@ def allowed(row):
 
 
 def within(path, folder):
-    return folder == "*" or path.relative_to(ROOT).as_posix().startswith(folder + "/")
+    return folder == "*" or relative_to_root(path).startswith(folder + "/")
 
 
 def test_every_folder_of_sources_has_a_row():

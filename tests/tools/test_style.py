@@ -1,6 +1,10 @@
-"""Style of sources: formatting, types of JavaScript, files in a folder, lines in a file, plain English."""
+"""Style of sources: formatting, types of JavaScript, files in a folder, lines in a file, plain English, subjects of commits.
+
+With FVV_STYLE=changed, formats and English are checked in the files alone that differ from what is published.
+"""
 
 import collections
+import functools
 import os
 import pathlib
 import re
@@ -28,6 +32,31 @@ LARGE_FOLDERS = {}
 LONG_FILES = {}
 
 
+def git(*arguments):
+    """The lines that git prints; None: there is no git, or it has no answer."""
+    try:
+        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
+    except FileNotFoundError:
+        return None
+    return done.stdout.splitlines() if done.returncode == 0 else None
+
+
+@functools.cache
+def changed():
+    """The files that differ from what a remote has, without remotes from the commit before; None: all are to be checked."""
+    if os.environ.get("FVV_STYLE") != "changed":
+        return None
+    unpublished = git("rev-list", "HEAD", "--not", "--remotes") or ["HEAD"]
+    base = unpublished[-1] + "~1" if git("branch", "--remotes") else "HEAD~1"
+    differ = git("diff", "--name-only", "--relative", base)
+    new = git("ls-files", "--others", "--exclude-standard")
+    return None if differ is None or new is None else {ROOT / name for name in differ + new}
+
+
+def to_check(paths):
+    return [p for p in paths if changed() is None or p in changed()]
+
+
 def sources(*suffixes):
     found = [p for folder in FOLDERS for p in sorted((ROOT / folder).rglob("*")) if p.suffix in suffixes]
     assert found, f"no files with {suffixes}"
@@ -40,7 +69,9 @@ def run(*command):
 
 
 def test_clang_format():
-    run(BIN / "clang-format", "--dry-run", "--Werror", *sources(".c", ".h", ".cpp"))
+    paths = to_check(sources(".c", ".h", ".cpp"))
+    if paths:
+        run(BIN / "clang-format", "--dry-run", "--Werror", *paths)
 
 
 def test_ruff():
@@ -52,7 +83,9 @@ def test_prettier():
     prettier = ROOT / "js/node_modules/.bin/prettier"
     if not prettier.exists():
         pytest.skip("no js/node_modules: run npm install --no-package-lock in js")
-    run(prettier, "--config", "js/package.json", "--check", *sources(".js", ".mjs", ".ts", ".css", ".html"))
+    paths = to_check(sources(".js", ".mjs", ".ts", ".css", ".html"))
+    if paths:
+        run(prettier, "--config", "js/package.json", "--check", *paths)
 
 
 def test_declarations_of_js_packages():
@@ -62,6 +95,8 @@ def test_declarations_of_js_packages():
         pytest.skip(
             "no tsc or no js/decoder/dist: run npm install --no-package-lock in js and build the decoder"
         )
+    if not to_check(sources(".js", ".ts")):
+        return
     strict = ["--noEmit", "--strict", "--target", "es2022", "--lib", "es2023,dom,dom.iterable"]
     resolved = ["--module", "nodenext", "--moduleResolution", "nodenext"]
     declared = sorted(p for package in js.glob("[!n]*/src") for p in package.rglob("*.d.ts"))
@@ -206,9 +241,25 @@ def test_plain_english(place):
     paths = [p for p in paths if p.name != "test_style.py"]
     assert paths, f"no files match {place}"
     found = []
-    for path in paths:
+    for path in to_check(paths):
         text = one_line(path.read_text())
         for match in PATTERN.finditer(text):
             around = text[max(0, match.start() - 40) : match.end() + 40]
             found.append(f"{path.relative_to(ROOT)}: ...{around}...")
     assert not found, "\n".join(found)
+
+
+SUBJECT = re.compile(r"[\w.*+/-]+(, [\w.*+/-]+)*: \S.*")
+LONGEST_SUBJECT = 72
+
+
+def test_subjects_of_commits():
+    """`area: ...` of at most 72 characters, since the last tag. The imperative is for readers to judge."""
+    tag = git("describe", "--tags", "--abbrev=0")
+    if not tag:
+        reason = "no git, or no tag before this commit (a shallow clone has none)"
+        print(f"skipped: subjects of commits: {reason}")
+        pytest.skip(reason)
+    subjects = git("log", "--no-merges", "--format=%s", f"{tag[0]}..HEAD")
+    wrong = [s for s in subjects if len(s) > LONGEST_SUBJECT or not SUBJECT.fullmatch(s)]
+    assert not wrong, "\n".join(wrong)

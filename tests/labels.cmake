@@ -1,0 +1,104 @@
+# What every ctest entry is labelled with: one cost and one or more areas. Both come from where the test's file is, so that a
+# test that is added or moved is labelled too; tests/tools/cli/test_labels.py checks it. docs/tests.md explains the labels.
+#
+# Costs, from cheap to dear:
+#   quick    seconds; ./run test quick runs all of them in less than a minute
+#   area     also run by ./run test AREA, which takes less than two minutes
+#   whole    only run by ./run test, which runs quick and area too
+#   nightly  sweeps, real captures, endurance, matrices: run by ./run test nightly, and by nothing else
+# Entries "quick: NAME" and "area: NAME" are one process with the short cases of a Catch2 executable; the whole run leaves them out
+# and runs every case as an entry of its own.
+
+# ./run reads this line: it lists the areas of ./run test AREA.
+set(FVV_TEST_AREAS core media render geometry scene mux demux compare tools js python conformance charts fuzz install docs style real)
+
+# What tests in Python and JavaScript run.
+set(FVV_TEST_TOOLS fvvcompare fvvdemux fvvimport fvvinfo fvvmux fvvrecover fvvrender fvvserve fvvsynth)
+
+set(FVV_CORE_FOLDERS base container mesh calibration visibility video background stream)
+
+# Entries that are not of cost "area", by name.
+set(FVV_QUICK_TESTS "quick: style" "quick: conformance" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
+set(FVV_WHOLE_TESTS "cli: style" "js: build the video fallback" "js: (packages|samples|browser|sound|site)" "js: docs: (samples|pages)"
+  "js: video fallback: .*" "js: player: .*" "js: live" "js: ladder" "charts: .*" "install: .*" "samples" "fuzz: (mutations|amplification)"
+  "conformance: (decoders|rendering)" "cli: sweep" "python: .*" "cli: .*")
+set(FVV_NIGHTLY_TESTS "real: .*" "js: matrix" "js: player: endurance")
+
+# fvv_areas(SOURCE OUT): the areas of a test by its path below the project's root.
+function(fvv_areas source out)
+  set(areas "")
+  string(REPLACE ";" "|" core "${FVV_CORE_FOLDERS}")
+  if(source MATCHES "^tests/(${core})/")
+    list(APPEND areas core)
+  elseif(source MATCHES "^js/docs/")
+    list(APPEND areas js docs)
+  elseif(source MATCHES "^js/|^tests/js/")
+    list(APPEND areas js)
+  elseif(source MATCHES "^bindings/python/")
+    list(APPEND areas python)
+  elseif(source MATCHES "/real/")
+    list(APPEND areas real)
+  elseif(source MATCHES "^tests/samples")
+    list(APPEND areas docs)
+  elseif(source MATCHES "^tests/tools/.*(style|layers|labels|spec)")
+    list(APPEND areas style)
+  elseif(source MATCHES "^tests/([a-z]+)/")
+    list(APPEND areas ${CMAKE_MATCH_1})
+  endif()
+  # Tests of tools belong to the library that does the work, too.
+  if(source MATCHES "^tests/tools/")
+    foreach(pair "mux=/mux/|background|atlas|chain|geometry|cameras|openexr" "demux=/demux/" "render=/render/|fvvrender" "compare=fvvcompare"
+        "scene=import|cameras|openexr" "conformance=conformance|reference|/recover/" "media=openexr")
+      string(REGEX MATCH "^([a-z]+)=(.*)$" unused "${pair}")
+      set(area ${CMAKE_MATCH_1})
+      if(source MATCHES "${CMAKE_MATCH_2}")
+        list(APPEND areas ${area})
+      endif()
+    endforeach()
+  endif()
+  foreach(area ${areas})
+    if(NOT area IN_LIST FVV_TEST_AREAS)
+      message(FATAL_ERROR "${source}: a test of area ${area}, which FVV_TEST_AREAS in tests/labels.cmake does not list")
+    endif()
+  endforeach()
+  if(NOT areas)
+    message(FATAL_ERROR "${source}: no area; add a pattern to fvv_areas in tests/labels.cmake")
+  endif()
+  set(${out} ${areas} PARENT_SCOPE)
+endfunction()
+
+# fvv_cost(NAME OUT): the cost of an entry.
+function(fvv_cost name out)
+  set(cost area)
+  foreach(row "nightly=FVV_NIGHTLY_TESTS" "quick=FVV_QUICK_TESTS" "whole=FVV_WHOLE_TESTS")
+    string(REGEX MATCH "^([a-z]+)=(.*)$" unused "${row}")
+    set(row_cost ${CMAKE_MATCH_1})
+    foreach(pattern ${${CMAKE_MATCH_2}})
+      if(cost STREQUAL "area" AND name MATCHES "^${pattern}$")
+        set(cost ${row_cost})
+      endif()
+    endforeach()
+  endforeach()
+  set(${out} ${cost} PARENT_SCOPE)
+endfunction()
+
+# fvv_label(SOURCE NAME...): labels entries of the current folder whose file is SOURCE, a path below the project's root. Sets areas.
+function(fvv_label source)
+  fvv_areas(${source} areas)
+  set(areas ${areas} PARENT_SCOPE)
+  foreach(name ${ARGN})
+    fvv_cost(${name} cost)
+    set_tests_properties(${name} PROPERTIES LABELS "${areas};${cost}")
+  endforeach()
+endfunction()
+
+# fvv_add_pytest(NAME FILE [TIMEOUT seconds] [ARGUMENTS word...] [ENVIRONMENT NAME=VALUE...]): a file of pytest, or a folder, as an entry.
+function(fvv_add_pytest name file)
+  cmake_parse_arguments(TEST "" "TIMEOUT" "ARGUMENTS;ENVIRONMENT" ${ARGN})
+  add_test(NAME ${name} COMMAND ${FVV_PYTHON} -m pytest -q -p no:cacheprovider ${TEST_ARGUMENTS} ${file} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${TEST_TIMEOUT} ENVIRONMENT "PYTHONDONTWRITEBYTECODE=1;${TEST_ENVIRONMENT}")
+  fvv_label(${file} ${name})
+  foreach(area ${areas})
+    add_dependencies(tests_${area} ${FVV_TEST_TOOLS})
+  endforeach()
+endfunction()
