@@ -75,7 +75,7 @@ def mux(capture):
 
 def write(capture):
     """Processor seconds of a Writer, from arrays that are there, and what numpy and Python allocate for each byte of them."""
-    sys.path[:0] = [str(ROOT / "bindings/python/tests"), str(ROOT / "conformance/real")]
+    sys.path[:0] = [str(ROOT / "bindings/python/tests"), str(ROOT / "tests/real")]
     import fvv
     from scenes import read_capture
 

@@ -35,7 +35,7 @@ import numpy as np
 from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "conformance/real"))
+sys.path.insert(0, str(ROOT / "tests/real"))
 import middlebury_temple  # noqa: E402
 import wd2_human20  # noqa: E402
 from real_capture import DATA, TOOLS, luma, read_ply  # noqa: E402

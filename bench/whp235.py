@@ -27,7 +27,7 @@ import tempfile
 import numpy as np
 from PIL import Image
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "tests/real"))
 from real_capture import TOOLS, read_obj, read_ply  # noqa: E402
 
 FACTOR = 13

@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the listing beside each vector, and the vectors that need no libfvv, by the readers and writers in reference/.
+"""Writes conformance/tiny and reference/listings by the writers and readers in reference/.
 
-A listing (.crc or .txt) is what a reader finds in the stream of the same name. Streams of conformance/tiny, audio
-and openexr are written too; the others come from `test_stream '[make]'`. --check writes nothing and exits with 1
-when a file differs. --list KIND STREAM prints the listing of any stream. --rewrite STREAM writes it again after a change of the
+A listing (.crc or .txt) is what a reader finds in the stream of a case that is named vector_ and its name. --check writes nothing and
+exits with 1 when a file differs. --list KIND STREAM prints the listing of any stream. --rewrite STREAM writes it again after a change of the
 container, with the same payloads.
 """
 
@@ -28,6 +27,7 @@ from reference import (
 )
 
 ROOT = pathlib.Path(__file__).resolve().parent
+LISTINGS = ROOT / "reference/listings"
 READERS = {
     "audio": audio,
     "background": background,
@@ -46,18 +46,32 @@ TEXT = {"audio", "background", "texturing", "tiles"}  # others list CRCs
 
 def streams():
     """The bytes of the streams that are written here, by path."""
-    made = {ROOT / "tiny" / name: stream for name, stream in tiny.files().items()}
-    made |= {ROOT / "audio/two_sounds.fvv": audio.audio_stream()}
-    return {**made, ROOT / "openexr/bars.fvv": openexr.bars_stream()}
+    return {ROOT / "tiny" / name: stream for name, stream in tiny.files().items()}
+
+
+def path_of(name):
+    """The stream of a vector, such as delta_field: of the case vector_delta_field."""
+    return ROOT / f"cases/valid/vector_{name}/input.fvv"
+
+
+def names():
+    """The names of all vectors. A name begins with its subject: one of READERS, or tiny, which has no listing."""
+    return sorted(path.name[len("vector_") :] for path in (ROOT / "cases/valid").glob("vector_*"))
+
+
+def name_of(path):
+    """The name of a vector by the path of its stream."""
+    return path.parent.name[len("vector_") :]
 
 
 def listings():
     """The bytes of the listing of each vector, by path."""
     out = {}
-    for kind, reader in READERS.items():
-        for path in sorted((ROOT / kind).glob("*.fvv")):
-            text = "".join(line + "\n" for line in reader.listing(path.read_bytes()))
-            out[path.with_suffix(".txt" if kind in TEXT else ".crc")] = text.encode()
+    for name in names():
+        kind = name.split("_")[0]
+        if kind in READERS:
+            text = "".join(line + "\n" for line in READERS[kind].listing(path_of(name).read_bytes()))
+            out[LISTINGS / f"{name}.{'txt' if kind in TEXT else 'crc'}"] = text.encode()
     return out
 
 
@@ -86,7 +100,7 @@ def main():
         print("\n".join(READERS[kind].listing(pathlib.Path(path).read_bytes())))
         return 0
     differing = write(streams(), arguments.check)
-    differing += write(listings(), arguments.check)  # after the streams that they list
+    differing += write(listings(), arguments.check)
     for path in differing:
         state = "differs: run conformance/vectors.py" if arguments.check else "written"
         print(f"{path.relative_to(ROOT.parent)}: {state}", file=sys.stderr)

@@ -33,8 +33,8 @@ LIBRARIES = (
     "libvpx7",
     "libsvtav1enc1",
 )
-# For modules of bench and of conformance/real.
-sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "conformance/real")]
+# For modules of bench and of tests/real.
+sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "tests/real")]
 
 
 class Experiment(NamedTuple):

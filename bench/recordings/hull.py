@@ -32,7 +32,7 @@ def wd2_human20():
     import numpy
     from PIL import Image
 
-    sys.path.append(str(ROOT / "conformance/real"))
+    sys.path.append(str(ROOT / "tests/real"))
     import wd2_human20 as source
 
     folder = DATA / "wd2_human20"

@@ -252,8 +252,8 @@ TEST_CASE("configurations of OpenEXR video that cannot be decoded are refused") 
 }
 
 TEST_CASE("samples of the vector are those of the decoder that was written from the specification") {
-  std::ifstream file(FVV_OPENEXR_VECTORS "/bars.fvv", std::ios::binary),
-      list(FVV_OPENEXR_VECTORS "/bars.crc");
+  std::ifstream file(FVV_CASES "/vector_openexr_bars/input.fvv", std::ios::binary),
+      list(FVV_LISTINGS "/openexr_bars.crc");
   const std::vector<uint8_t> bytes(std::istreambuf_iterator<char>(file), {});
   size_t count = 0;
   std::string wanted;

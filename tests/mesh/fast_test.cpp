@@ -59,7 +59,8 @@ TEST_CASE("what a plain encoder writes comes back as it was, in its order") {
 }
 
 TEST_CASE("meshes of the vector are those of the decoder that was written from the specification") {
-  std::ifstream file(FVV_FAST_VECTORS "/shapes.fvv", std::ios::binary), list(FVV_FAST_VECTORS "/shapes.crc");
+  std::ifstream file(FVV_CASES "/vector_fast_shapes/input.fvv", std::ios::binary),
+      list(FVV_LISTINGS "/fast_shapes.crc");
   const Payload stream(std::istreambuf_iterator<char>(file), {});
   std::string wanted;
   size_t count = 0;

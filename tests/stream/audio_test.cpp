@@ -325,13 +325,13 @@ TEST_CASE("2106: tracks of an alternate group are of one kind and ranked") {
 }
 
 TEST_CASE("sound of the vector is that of the decoder that was written from the specification") {
-  std::ifstream file(FVV_AUDIO_VECTORS "/two_sounds.fvv", std::ios::binary);
+  std::ifstream file(FVV_CASES "/vector_audio_two_sounds/input.fvv", std::ios::binary);
   std::stringstream bytes;
   bytes << file.rdbuf();
   const std::string content = bytes.str();
   const Bytes stream(content.begin(), content.end());
   CHECK(Checked(stream).problem_count() == 0);
-  std::ifstream listing(FVV_AUDIO_VECTORS "/two_sounds.txt");
+  std::ifstream listing(FVV_LISTINGS "/audio_two_sounds.txt");
   std::vector<std::string> expected, found;
   for (std::string line; std::getline(listing, line);)
     if (line.rfind("sound ", 0) == 0) expected.push_back(line.substr(0, line.find(" of ") + 5));

@@ -303,13 +303,13 @@ uint32_t crc_of(const fvv_camera &c) {
 
 // Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of cameras that move", "[.][make]") {
-  write_vector(FVV_CALIBRATION_VECTORS "/moving.fvv", vector_stream());
+  write_vector(FVV_CASES "/vector_calibration_moving/input.fvv", vector_stream());
 }
 
 TEST_CASE(
     "the vector of cameras that move is written as it was, and its cameras are those of the plain decoder") {
-  std::ifstream file(FVV_CALIBRATION_VECTORS "/moving.fvv", std::ios::binary),
-      list(FVV_CALIBRATION_VECTORS "/moving.crc");
+  std::ifstream file(FVV_CASES "/vector_calibration_moving/input.fvv", std::ios::binary),
+      list(FVV_LISTINGS "/calibration_moving.crc");
   const Opened opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   CHECK(opened.bytes == vector_stream());
   REQUIRE(opened.status == FVV_OK);

@@ -219,12 +219,12 @@ TEST_CASE("damage never yields wrong colours") {
 
 // Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of colours", "[.][make]") {
-  write_vector(FVV_COLOURS_VECTORS "/sheet.fvv", write(coloured_stream()));
+  write_vector(FVV_CASES "/vector_colours_sheet/input.fvv", write(coloured_stream()));
 }
 
 TEST_CASE("colours of the vector are those of the decoder that was written from the specification") {
-  std::ifstream file(FVV_COLOURS_VECTORS "/sheet.fvv", std::ios::binary);
-  std::ifstream list(FVV_COLOURS_VECTORS "/sheet.crc");
+  std::ifstream file(FVV_CASES "/vector_colours_sheet/input.fvv", std::ios::binary);
+  std::ifstream list(FVV_LISTINGS "/colours_sheet.crc");
   Frames opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   CHECK(opened.bytes == write(coloured_stream()));

@@ -219,14 +219,14 @@ template <class Mesh> Bytes vector_stream() {
 
 // Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of delta frames", "[.][make]") {
-  write_vector(FVV_DELTA_VECTORS "/field.fvv", vector_stream<VectorMesh>());
-  write_vector(FVV_DELTA_VECTORS "/stencils.fvv", vector_stream<StencilMesh>());
+  write_vector(FVV_CASES "/vector_delta_field/input.fvv", vector_stream<VectorMesh>());
+  write_vector(FVV_CASES "/vector_delta_stencils/input.fvv", vector_stream<StencilMesh>());
 }
 
 TEST_CASE("frames of the vectors are those of the decoder that was written from the specification") {
   const std::string name = GENERATE("field", "stencils");
-  std::ifstream file(FVV_DELTA_VECTORS "/" + name + ".fvv", std::ios::binary),
-      list(FVV_DELTA_VECTORS "/" + name + ".crc");
+  std::ifstream file(FVV_CASES "/vector_delta_" + name + "/input.fvv", std::ios::binary),
+      list(FVV_LISTINGS "/delta_" + name + ".crc");
   Frames opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   std::string wanted;
@@ -246,8 +246,8 @@ TEST_CASE("frames of the vectors are those of the decoder that was written from 
 }
 
 TEST_CASE("normals of the vector are those of the decoder that was written from the specification") {
-  std::ifstream file(FVV_NORMALS_VECTORS "/cube.fvv", std::ios::binary),
-      list(FVV_NORMALS_VECTORS "/cube.crc");
+  std::ifstream file(FVV_CASES "/vector_normals_cube/input.fvv", std::ios::binary),
+      list(FVV_LISTINGS "/normals_cube.crc");
   const Bytes bytes(std::istreambuf_iterator<char>(file), {});
   CHECK(Checked(bytes).summary().problems == 0);
   Frames opened(bytes);

@@ -323,8 +323,9 @@ Stream vector_stream(bool has_chunk) {
 }
 
 const char *path_of(bool has_chunk, bool text) {
-  if (text) return has_chunk ? FVV_TEXTURING_VECTORS "/explicit.txt" : FVV_TEXTURING_VECTORS "/default.txt";
-  return has_chunk ? FVV_TEXTURING_VECTORS "/explicit.fvv" : FVV_TEXTURING_VECTORS "/default.fvv";
+  if (text) return has_chunk ? FVV_LISTINGS "/texturing_explicit.txt" : FVV_LISTINGS "/texturing_default.txt";
+  return has_chunk ? FVV_CASES "/vector_texturing_explicit/input.fvv"
+                   : FVV_CASES "/vector_texturing_default/input.fvv";
 }
 
 Bytes contents(const char *path) {

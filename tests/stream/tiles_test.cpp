@@ -132,7 +132,7 @@ Bytes forged(const Stream &stream) {
 }
 
 Bytes vector_file() {
-  std::ifstream file(FVV_TILES_VECTORS "/crops.fvv", std::ios::binary);
+  std::ifstream file(FVV_CASES "/vector_tiles_crops/input.fvv", std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
@@ -389,7 +389,7 @@ TEST_CASE("the vector agrees with the plain reader") {
   REQUIRE(bytes == write(cropped_stream()));
   const Opened file(bytes);
   REQUIRE(file.status == FVV_OK);
-  std::ifstream listed(FVV_TILES_VECTORS "/crops.txt");
+  std::ifstream listed(FVV_LISTINGS "/tiles_crops.txt");
   std::string line;
   std::ostringstream ours;
   for (size_t group = 0; group < 5; group++) {
@@ -407,5 +407,5 @@ TEST_CASE("the vector agrees with the plain reader") {
 }
 
 TEST_CASE("write the vector", "[.][make]") {
-  write_vector(FVV_TILES_VECTORS "/crops.fvv", write(cropped_stream()));
+  write_vector(FVV_CASES "/vector_tiles_crops/input.fvv", write(cropped_stream()));
 }

@@ -351,12 +351,12 @@ TEST_CASE("every allocation on the way to visibility may fail") {
 
 // Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of visibility", "[.][make]") {
-  write_vector(FVV_VISIBILITY_VECTORS "/sheet.fvv", write(visible_stream(1)));
+  write_vector(FVV_CASES "/vector_visibility_sheet/input.fvv", write(visible_stream(1)));
 }
 
 TEST_CASE("visibility of the vector is that of the decoder that was written from the specification") {
-  std::ifstream file(FVV_VISIBILITY_VECTORS "/sheet.fvv", std::ios::binary);
-  std::ifstream list(FVV_VISIBILITY_VECTORS "/sheet.crc");
+  std::ifstream file(FVV_CASES "/vector_visibility_sheet/input.fvv", std::ios::binary);
+  std::ifstream list(FVV_LISTINGS "/visibility_sheet.crc");
   Frames opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   size_t count = 0;
@@ -596,12 +596,12 @@ TEST_CASE("after a damaged calibration no weights of cameras that move are retur
 
 // Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of visibility of cameras that move", "[.][make]") {
-  write_vector(FVV_VISIBILITY_VECTORS "/moving.fvv", write(moving_stream()));
+  write_vector(FVV_CASES "/vector_visibility_moving/input.fvv", write(moving_stream()));
 }
 
 TEST_CASE("visibility of cameras that move is that of the decoder that was written from the specification") {
-  std::ifstream file(FVV_VISIBILITY_VECTORS "/moving.fvv", std::ios::binary);
-  std::ifstream list(FVV_VISIBILITY_VECTORS "/moving.crc");
+  std::ifstream file(FVV_CASES "/vector_visibility_moving/input.fvv", std::ios::binary);
+  std::ifstream list(FVV_LISTINGS "/visibility_moving.crc");
   Opened opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   CHECK(opened.bytes == write(moving_stream()));
@@ -708,12 +708,12 @@ TEST_CASE("a stream with weights is whole, and its weights are the requested one
 
 // Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of weights", "[.][make]") {
-  write_vector(FVV_VISIBILITY_VECTORS "/weights.fvv", write(weight_stream()));
+  write_vector(FVV_CASES "/vector_visibility_weights/input.fvv", write(weight_stream()));
 }
 
 TEST_CASE("weights of the vector are those of the decoder that was written from the specification") {
-  std::ifstream file(FVV_VISIBILITY_VECTORS "/weights.fvv", std::ios::binary);
-  std::ifstream list(FVV_VISIBILITY_VECTORS "/weights.crc");
+  std::ifstream file(FVV_CASES "/vector_visibility_weights/input.fvv", std::ios::binary);
+  std::ifstream list(FVV_LISTINGS "/visibility_weights.crc");
   Opened opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   size_t count = 0;

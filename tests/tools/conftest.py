@@ -14,7 +14,7 @@ SPEC = ROOT / "spec"
 CONFORMANCE = ROOT / "conformance"
 TINY = CONFORMANCE / "tiny"
 # For `from reference import ...` and `from real_capture import ...`.
-sys.path[:0] = [str(CONFORMANCE), str(CONFORMANCE / "real")]
+sys.path[:0] = [str(CONFORMANCE), str(ROOT / "tests/real")]
 
 
 def pytest_configure(config):

@@ -21,16 +21,18 @@ from reference import (
     tiles,
     visibility,
 )
+from vectors import LISTINGS, name_of, names
+from vectors import path_of as vector
 
-VECTORS = sorted(CONFORMANCE.glob("*/*.fvv"))
+VECTORS = [vector(name) for name in names()]
 
 
 def stream(name):
-    return (CONFORMANCE / f"{name}.fvv").read_bytes()
+    return vector(name).read_bytes()
 
 
 def listed(name, suffix=".crc"):
-    return (CONFORMANCE / f"{name}{suffix}").read_text().splitlines()
+    return (LISTINGS / f"{name}{suffix}").read_text().splitlines()
 
 
 def test_vectors_and_listings_are_what_the_reference_makes():
@@ -40,34 +42,33 @@ def test_vectors_and_listings_are_what_the_reference_makes():
     assert (done.stderr, done.returncode) == ("", 0)
 
 
-@pytest.mark.parametrize("path", VECTORS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+@pytest.mark.parametrize("path", VECTORS, ids=name_of)
 def test_the_reference_writes_the_same_container(path):
     content = path.read_bytes()
     assert container.rewritten(content) == content
 
 
 def test_every_vector_has_a_listing():
-    with_listing = [path for path in VECTORS if path.parent.name != "tiny"]
+    with_listing = {name_of(path) for path in VECTORS if not name_of(path).startswith("tiny_")}
     assert len(with_listing) == 15
-    for path in with_listing:
-        assert path.with_suffix(".crc").exists() != path.with_suffix(".txt").exists(), path
+    assert sorted(path.stem for path in LISTINGS.iterdir() if path.suffix != ".md") == sorted(with_listing)
 
 
 @pytest.mark.parametrize(
     "name, distinct",
     [
-        ("audio/two_sounds", 19),
-        ("calibration/moving", 38),
-        ("delta/field", 6),  # the fourth frame does not move
-        ("delta/stencils", 6),
-        ("fast/shapes", 4),
-        ("normals/cube", 10),
-        ("openexr/bars", 3),
-        ("visibility/moving", 5),
-        ("visibility/weights", 5),
-        ("visibility/sheet", 10),
-        ("texturing/explicit", 2),
-        ("texturing/default", 2),
+        ("audio_two_sounds", 19),
+        ("calibration_moving", 38),
+        ("delta_field", 6),  # the fourth frame does not move
+        ("delta_stencils", 6),
+        ("fast_shapes", 4),
+        ("normals_cube", 10),
+        ("openexr_bars", 3),
+        ("visibility_moving", 5),
+        ("visibility_weights", 5),
+        ("visibility_sheet", 10),
+        ("texturing_explicit", 2),
+        ("texturing_default", 2),
     ],
 )
 def test_lines_of_a_listing_differ(name, distinct):
@@ -75,25 +76,25 @@ def test_lines_of_a_listing_differ(name, distinct):
     assert len(set(listed(name, suffix))) == distinct
 
 
-@pytest.mark.parametrize("path", VECTORS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+@pytest.mark.parametrize("path", VECTORS, ids=name_of)
 def test_fvvinfo_finds_every_frame_whole(path):
     (file,) = figures("fvvinfo", "--check", path)["files"]
     assert (file["integrity"], file["whole_frames"]) == ("complete", file["frames"])
 
 
 def info(name):
-    return figures("fvvinfo", "--check", CONFORMANCE / f"{name}.fvv")["files"][0]
+    return figures("fvvinfo", "--check", vector(name))["files"][0]
 
 
 def text(name):
-    return run("fvvinfo", CONFORMANCE / f"{name}.fvv").stdout
+    return run("fvvinfo", vector(name)).stdout
 
 
 # Meshes.
 
 
 def test_the_delta_vector_uses_what_the_profile_has():
-    payloads = container.payloads(stream("delta/field"), b"MESH")
+    payloads = container.payloads(stream("delta_field"), b"MESH")
     key = mesh.read_raw(payloads[0])
     hierarchy = mesh_delta.Levels(key.positions, key.faces)
     assert len(hierarchy.levels) >= 4 and hierarchy.twins
@@ -107,7 +108,7 @@ def test_the_delta_vector_uses_what_the_profile_has():
 
 
 def test_a_delta_vector_tells_readings_of_the_stencil_apart():
-    key = mesh.read_raw(container.payloads(stream("delta/stencils"), b"MESH")[0])
+    key = mesh.read_raw(container.payloads(stream("delta_stencils"), b"MESH")[0])
     stencils = mesh_delta.Levels(key.positions, key.faces).stencils
     weighted = [[node for node, weight in stencil if weight] for stencil in stencils]
     first = [[node for node, weight in stencil[:4] if weight] for stencil in stencils]
@@ -116,7 +117,7 @@ def test_a_delta_vector_tells_readings_of_the_stencil_apart():
 
 def test_the_fast_vector_uses_what_the_profile_has():
     modes, codes, sizes = set(), set(), []
-    for payload in container.payloads(stream("fast/shapes"), b"MESH"):
+    for payload in container.payloads(stream("fast_shapes"), b"MESH"):
         vertices, faces = mesh_fast.streams(payload)
         modes.update(vertices.modes)
         codes.update(faces.codes)
@@ -129,14 +130,14 @@ def test_the_fast_vector_uses_what_the_profile_has():
 
 
 def test_fvvinfo_names_the_fast_profile():
-    (track,) = info("fast/shapes")["tracks"]
+    (track,) = info("fast_shapes")["tracks"]
     assert track["mesh"]["profiles"] == {"fast": {"chunks": 4, "bytes": track["bytes"]}}
-    assert ": 4 fast of " in text("fast/shapes")
+    assert ": 4 fast of " in text("fast_shapes")
 
 
 def test_fvvdemux_writes_fast_meshes_in_their_order(tmp_path):
-    run("fvvdemux", CONFORMANCE / "fast/shapes.fvv", "-o", tmp_path / "out")
-    payloads = container.payloads(stream("fast/shapes"), b"MESH")
+    run("fvvdemux", vector("fast_shapes"), "-o", tmp_path / "out")
+    payloads = container.payloads(stream("fast_shapes"), b"MESH")
     for number, decoded in enumerate(map(mesh_fast.decode, payloads)):
         positions, faces = read_ply(tmp_path / "out/meshes" / f"{number:04}.ply")
         assert (positions == [[0.001 * index for index in position] for position in decoded.positions]).all()
@@ -145,7 +146,7 @@ def test_fvvdemux_writes_fast_meshes_in_their_order(tmp_path):
 
 
 def test_normals_have_length_1_or_0():
-    lengths = {round(math.hypot(*n), 6) for n in itertools.chain(*normals.frames(stream("normals/cube")))}
+    lengths = {round(math.hypot(*n), 6) for n in itertools.chain(*normals.frames(stream("normals_cube")))}
     assert lengths == {0, 1}
 
 
@@ -159,16 +160,16 @@ def test_indices_of_normals_come_back_but_for_the_rim(bits):
 
 
 def test_fvvinfo_reports_normals():
-    (track,) = info("normals/cube")["tracks"]
+    (track,) = info("normals_cube")["tracks"]
     assert track["mesh"]["normals"] == {"chunks": 5, "bits": [9, 9]}
-    assert "normals of 9 bits in 5 chunks" in text("normals/cube")
+    assert "normals of 9 bits in 5 chunks" in text("normals_cube")
 
 
 # Cameras.
 
 
 def test_the_calibration_vector_uses_what_the_track_has():
-    frames = list(calibration.decode(stream("calibration/moving")))
+    frames = list(calibration.decode(stream("calibration_moving")))
     assert {tuple(cameras) for _, cameras in frames} == {(2, 9, 300), (2, 300)}
     pans = [cameras[2]["rotation"] for _, cameras in frames]
     assert min(rotation[0] for rotation in pans) < -0.97  # about 180 degrees
@@ -178,23 +179,23 @@ def test_the_calibration_vector_uses_what_the_track_has():
 
 
 def test_fvvinfo_reports_cameras_that_move():
-    file = info("calibration/moving")
+    file = info("calibration_moving")
     assert [camera["moves"] for camera in file["cameras"]] == [True] * 3
     track = file["tracks"][1]
     assert (track["kind"], track["chunks"], track["key_chunks"]) == ("calibration", 14, 2)
 
 
 def test_the_tiles_vector_uses_what_clause_10_11_has():
-    found = [by_track[2] for _, by_track in tiles.layouts(stream("tiles/crops"))]
+    found = [by_track[2] for _, by_track in tiles.layouts(stream("tiles_crops"))]
     assert found[0] == found[3]
     assert len({str(layout) for layout in found}) == 4
     assert [camera for camera, *_ in found[2]] == [1]
     assert any(source[2:] != destination[2:] for layout in found for _, source, destination in layout)
-    assert "3 layouts of groups" in text("tiles/crops")
+    assert "3 layouts of groups" in text("tiles_crops")
 
 
 def test_fvvinfo_counts_openexr_samples():
-    (track,) = info("openexr/bars")["tracks"]
+    (track,) = info("openexr_bars")["tracks"]
     assert track["chunks"] == 3
 
 
@@ -202,7 +203,7 @@ def test_fvvinfo_counts_openexr_samples():
 
 
 def test_cameras_that_are_lost_have_no_weights():
-    decoded = [states for _, states in visibility.decode(stream("visibility/moving"))]
+    decoded = [states for _, states in visibility.decode(stream("visibility_moving"))]
     assert [sorted(states) for states in decoded] == [[2, 7, 9], [2, 7, 9], [2, 7], [2, 7, 9], [2, 7, 9]]
     # The sheet waves; cameras that move add to what turns.
     turned = [sum(bool(a) != bool(b) for a, b in zip(decoded[0][c], decoded[4][c])) for c in (2, 7, 9)]
@@ -211,20 +212,20 @@ def test_cameras_that_are_lost_have_no_weights():
 
 def test_the_visibility_vectors_use_what_clause_17_has():
     for name, tracks in ("sheet", {2, 3}), ("weights", {2}):
-        decoded = list(visibility.decode(stream(f"visibility/{name}")))
+        decoded = list(visibility.decode(stream(f"visibility_{name}")))
         assert {track for track, _ in decoded} == tracks
         for _, states in decoded:
             assert sorted(states) == [2, 7, 300]
             assert len({tuple(row) for row in states.values()}) == 3
         assert {s for _, states in decoded for row in states.values() for s in row} == set(range(7))
-    payloads = container.payloads(stream("visibility/sheet"), b"VISI")
+    payloads = container.payloads(stream("visibility_sheet"), b"VISI")
     assert {(p[0], p[1]) for p in payloads} == {(0, 64), (0, 10)}
     assert [p[8] for p in payloads] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
 
 
 @pytest.mark.parametrize("name", ["sheet", "moving", "weights"])
 def test_fvvinfo_names_visibility(name):
-    assert "visibility" in text(f"visibility/{name}").lower()
+    assert "visibility" in text(f"visibility_{name}").lower()
 
 
 def test_facing_is_decided_by_the_cosine():
@@ -242,17 +243,17 @@ def test_facing_is_decided_by_the_cosine():
 
 def test_the_texturing_vectors_have_all_constants_and_none():
     explicit, default = (
-        set(texturing.groups(stream(f"texturing/{name}"))) for name in ("explicit", "default")
+        set(texturing.groups(stream(f"texturing_{name}"))) for name in ("explicit", "default")
     )
     assert default == {texturing.Texturing()}
     (constants,) = explicit
     assert all(a != b for a, b in zip(constants, texturing.Texturing()))
-    assert info("texturing/explicit")["texturing"] == {
+    assert info("texturing_explicit")["texturing"] == {
         **constants._asdict(),
         "unseen": list(constants.unseen),
         "blend": "paper",
     }
-    assert "texturing" not in info("texturing/default")
+    assert "texturing" not in info("texturing_default")
 
 
 def test_weights_are_those_of_clause_17_5():
@@ -289,7 +290,7 @@ def test_the_surface_that_cameras_show_lies_inside_the_mesh():
 
 
 def test_broken_rules_of_texturing_have_their_numbers():
-    (good,) = set(container.payloads(stream("texturing/explicit"), b"TEXR"))
+    (good,) = set(container.payloads(stream("texturing_explicit"), b"TEXR"))
     texturing.decode(good)
     for bad, issue in (
         (good + b"\0", 6101),
@@ -307,12 +308,12 @@ def test_broken_rules_of_texturing_have_their_numbers():
 
 
 def test_the_colours_vector_uses_what_clause_19_has():
-    decoded = [rgb for _, rgb in colours.decode(stream("colours/sheet"))]
+    decoded = [rgb for _, rgb in colours.decode(stream("colours_sheet"))]
     assert [rgb is None for rgb in decoded] == 2 * [False, False, False, True]
     assert decoded[0] == decoded[2] and decoded[0] != decoded[4]
-    payloads = container.payloads(stream("colours/sheet"), b"COLR")
+    payloads = container.payloads(stream("colours_sheet"), b"COLR")
     assert [(p[0], p[1]) for p in payloads] == [(9, 20), (1, 3)]
-    positions = mesh.read_raw(container.payloads(stream("colours/sheet"), b"MESH")[4]).positions
+    positions = mesh.read_raw(container.payloads(stream("colours_sheet"), b"MESH")[4]).positions
     cells = {colours.cell_of(p, 67) for p in positions}
     assert min(min(c) for c in cells) < 0 < max(max(c) for c in cells)
     assert any(not (set(colours.around(c)) - {c}) & cells for c in cells)
@@ -322,8 +323,8 @@ def test_the_colours_vector_uses_what_clause_19_has():
     "at, byte, issue", [(0, 0, 6201), (1, 65, 6201), (4, 1, 6202), (12, 1, 6203), (40, 7, 6204)]
 )
 def test_broken_rules_of_colours_have_their_numbers(at, byte, issue):
-    positions = mesh.read_raw(container.payloads(stream("colours/sheet"), b"MESH")[0]).positions
-    broken = bytearray(container.payloads(stream("colours/sheet"), b"COLR")[0])
+    positions = mesh.read_raw(container.payloads(stream("colours_sheet"), b"MESH")[0]).positions
+    broken = bytearray(container.payloads(stream("colours_sheet"), b"COLR")[0])
     colours.decode_chunk(bytes(broken), positions)
     broken[at] = byte
     with pytest.raises(container.Broken, match=f"FVV-{issue}"):
@@ -331,17 +332,17 @@ def test_broken_rules_of_colours_have_their_numbers(at, byte, issue):
 
 
 def test_fvvinfo_reports_colours():
-    (track,) = (t for t in info("colours/sheet")["tracks"] if t["kind"] == "colours")
+    (track,) = (t for t in info("colours_sheet")["tracks"] if t["kind"] == "colours")
     assert track["colours"]["cell_size"] == [50, 67]
     assert track["chunks"] == track["key_chunks"] == 2
-    assert "cells of 0.05 to 0.067 m" in text("colours/sheet")
+    assert "cells of 0.05 to 0.067 m" in text("colours_sheet")
 
 
 # Background.
 
 
 def test_the_background_vector_has_each_type_of_light():
-    assert sum(line.startswith("light") for line in listed("background/stage", ".txt")) == 3
+    assert sum(line.startswith("light") for line in listed("background_stage", ".txt")) == 3
 
 
 @pytest.mark.parametrize(
@@ -349,12 +350,12 @@ def test_the_background_vector_has_each_type_of_light():
     [(44, 1, 8001), (31, 0x80, 8002), (52, 9, 8005), (144, 2, 8007), (149, 9, 8006), (176, 3, 8008)],
 )
 def test_broken_rules_of_a_background_have_their_numbers(at, byte, issue):
-    broken = bytearray(container.payloads(stream("background/stage"), b"BACK")[0])
+    broken = bytearray(container.payloads(stream("background_stage"), b"BACK")[0])
     broken[at] = byte
     with pytest.raises(container.Broken, match=f"FVV-{issue}"):
         list(background.lines(bytes(broken)))
 
 
 def test_fvvinfo_reports_the_background():
-    (track,) = (t for t in info("background/stage")["tracks"] if t["kind"] == "background")
+    (track,) = (t for t in info("background_stage")["tracks"] if t["kind"] == "background")
     assert track["background"] == {"parts": 2, "vertices": 8, "triangles": 4, "pictures": 2, "lights": 3}

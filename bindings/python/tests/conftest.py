@@ -10,9 +10,12 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
 CONFORMANCE = ROOT / "conformance"
-VECTORS = sorted(CONFORMANCE.glob("*/*.fvv"))
 # For `from reference import ...` and `from real_capture import ...`.
-sys.path[:0] = [str(CONFORMANCE), str(CONFORMANCE / "real")]
+sys.path[:0] = [str(CONFORMANCE), str(ROOT / "tests/real")]
+
+from vectors import names, path_of  # noqa: E402
+
+VECTORS = [path_of(name) for name in names()]
 
 hypothesis.settings.register_profile(
     "suite", max_examples=1000, deadline=None, derandomize=True, database=None

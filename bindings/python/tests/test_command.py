@@ -10,11 +10,13 @@ import urllib.request
 import fvv
 import numpy
 import pytest
-from conftest import CONFORMANCE, tool
+from conftest import CONFORMANCE, VECTORS, tool
 from fvv import command, outputs, plots
 from PIL import Image
+from vectors import name_of
+from vectors import path_of as vector
 
-FIELD = CONFORMANCE / "delta/field.fvv"
+FIELD = vector("delta_field")
 
 
 def run(capsys, *arguments):
@@ -27,7 +29,7 @@ def run(capsys, *arguments):
 @pytest.fixture(scope="module")
 def damaged(tmp_path_factory):
     """A stream without its last group's end and footer."""
-    content = (CONFORMANCE / "audio/two_sounds.fvv").read_bytes()
+    content = (vector("audio_two_sounds")).read_bytes()
     path = tmp_path_factory.mktemp("damaged") / "cut.fvv"
     path.write_bytes(content[: content.rindex(b"GEND") - 4])
     return path
@@ -110,10 +112,10 @@ def test_info(players, capsys):
     assert found["mesh"]["faces"] == 35144 and len(found["cameras"]) == 3 and len(found["sound"]) == 2
 
 
-@pytest.mark.parametrize("path", sorted(CONFORMANCE.glob("*/*.fvv")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", VECTORS, ids=name_of)
 def test_info_of_every_vector(path, capsys):
     code, out, err = run(capsys, "info", path)
-    if path.stem == "empty":
+    if name_of(path) == "tiny_empty":
         assert code == 1 and err.startswith("fvv: ")
     else:
         assert (code, err) == (0, "") and str(path) in out
@@ -226,11 +228,11 @@ def test_errors_of_frames(players, tmp_path, capsys):
 def test_plot_of_what_is_rare(damaged, tmp_path, capsys):
     for path, code in (
         (damaged, 3),
-        (CONFORMANCE / "calibration/moving.fvv", 0),
-        (CONFORMANCE / "tiles/crops.fvv", 0),
+        (vector("calibration_moving"), 0),
+        (vector("tiles_crops"), 0),
         (CONFORMANCE / "tiny/empty.fvv", 1),
     ):
-        out = tmp_path / f"{path.stem}.png"
+        out = tmp_path / f"{name_of(path)}.png"
         found, _, err = run(capsys, "plot", path, "-o", out)
         assert found == code and out.exists() == (code != 1), err
 

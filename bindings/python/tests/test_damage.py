@@ -8,13 +8,15 @@ import fvv
 import hypothesis
 import numpy
 import pytest
-from conftest import CONFORMANCE, VECTORS, tool
+from conftest import VECTORS, tool
 from hypothesis import strategies
 from reference import container
+from vectors import name_of
+from vectors import path_of as vector
 
-FIELD = (CONFORMANCE / "delta/field.fvv").read_bytes()
-SOUNDS = (CONFORMANCE / "audio/two_sounds.fvv").read_bytes()
-CONTENTS = {f"{p.parent.name}/{p.stem}": p.read_bytes() for p in VECTORS}
+FIELD = (vector("delta_field")).read_bytes()
+SOUNDS = (vector("audio_two_sounds")).read_bytes()
+CONTENTS = {name_of(p): p.read_bytes() for p in VECTORS}
 
 
 def flipped(content, at, bit=0):
@@ -47,7 +49,7 @@ def test_no_stream():
 
 
 def test_a_later_version():
-    content = bytearray(CONTENTS["tiny/tetrahedron"])
+    content = bytearray(CONTENTS["tiny_tetrahedron"])
     with pytest.raises((fvv.UnsupportedError, fvv.DamagedError)):
         fvv.open(bytes(content[:8]) + struct.pack("<4H", 9, 9, 9, 9) + bytes(content[16:]))
 
@@ -119,7 +121,7 @@ def test_frames_keep_their_numbers(players, tmp_path):
 
 def test_a_group_whose_configuration_is_lost_has_that_of_a_repetition():
     # Found by test_damage_is_never_taken_for_good: the lattice step was 0.
-    good = CONTENTS["background/stage"]
+    good = CONTENTS["background_stage"]
     scene = good.index(b"SCEN")
     with fvv.open(good) as clip, fvv.open(good[:scene] + good[scene + 1 :]) as damaged_clip:
         assert damaged_clip[0].mesh.step == clip[0].mesh.step > 0
@@ -245,11 +247,11 @@ def equal(a, b, images=True):
 @pytest.mark.parametrize("name", sorted(CONTENTS))
 def test_a_reader_gives_what_a_clip_gives(name):
     # Some vectors have samples with headers alone.
-    images = name == "openexr/bars"
+    images = name == "openexr_bars"
     events = fed(CONTENTS[name], [100] * 20, pictures=images)
     assert isinstance(events[-1], fvv.End)
     frames = frames_of(events)
-    if name == "tiny/empty":
+    if name == "tiny_empty":
         return
     with fvv.open(CONTENTS[name]) as clip:
         assert len(frames) == len(clip)
@@ -267,7 +269,7 @@ def test_a_reader_decodes_pictures(players):
                 equal(one, other)
 
 
-@pytest.mark.parametrize("name", sorted(n for n in CONTENTS if n != "tiny/empty"))
+@pytest.mark.parametrize("name", sorted(n for n in CONTENTS if n != "tiny_empty"))
 def test_a_reader_gives_the_visibility_of_a_clip(name):
     same_visibility(CONTENTS[name])
 
@@ -293,7 +295,7 @@ def same_visibility(content):
 
 
 def test_visibility_is_decoded_on_demand():
-    (frame, *_) = frames_of(fed(CONTENTS["visibility/sheet"], []))
+    (frame, *_) = frames_of(fed(CONTENTS["visibility_sheet"], []))
     with pytest.raises(fvv.UsageError, match="visibility=True"):
         frame.visibility(next(iter(frame.cameras)))
 

@@ -10,10 +10,11 @@ import fvv
 import numpy
 import pytest
 from conftest import CONFORMANCE, tool
+from vectors import path_of as vector
 
-MOVING = CONFORMANCE / "calibration/moving.fvv"
-SHAPES = CONFORMANCE / "fast/shapes.fvv"  # texture coordinates, and faces that change
-CUBE = CONFORMANCE / "normals/cube.fvv"  # normals are sent in five frames
+MOVING = vector("calibration_moving")
+SHAPES = vector("fast_shapes")  # texture coordinates, and faces that change
+CUBE = vector("normals_cube")  # normals are sent in five frames
 RNG = numpy.random.default_rng(1)
 
 
@@ -198,9 +199,9 @@ def test_meshes_that_change_in_usd(tmp_path):
         assert (numpy.array(normals.Get(clip[2].time * float(clip.rate))) == clip[2].mesh.normals).all()
 
 
-@pytest.mark.parametrize("name", ["calibration/moving", "tiny/cameras", "visibility/moving"])
+@pytest.mark.parametrize("name", ["calibration_moving", "tiny_cameras", "visibility_moving"])
 def test_cameras_that_move_in_usd(tmp_path, name):
-    with fvv.open(CONFORMANCE / f"{name}.fvv") as clip:
+    with fvv.open(vector(name)) as clip:
         stage = stage_of(clip, tmp_path / "moving.usdc")
         compared, moving = 0, False
         for frame in clip:
@@ -295,7 +296,7 @@ def test_meshes_that_change_in_xarray():
         for frame, one in zip(clip, dicts):
             assert one["time"] == frame.time and (one["mesh"]["indices"] == frame.mesh.indices).all()
             assert ("uvs" in one["mesh"]) == (frame.mesh.uvs is not None)
-    with fvv.open(CONFORMANCE / "tiles/crops.fvv") as clip:
+    with fvv.open(vector("tiles_crops")) as clip:
         found = clip.to_xarray()
         missing = [frame.mesh is None for frame in clip]
         assert any(missing) and (found.face_count == 0).values.tolist() == missing

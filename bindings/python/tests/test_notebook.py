@@ -18,9 +18,10 @@ import urllib.request
 import fvv
 import numpy
 import pytest
-from conftest import CONFORMANCE, ROOT
+from conftest import ROOT
 from fvv import pictures, player
 from PIL import Image
+from vectors import path_of as vector
 
 DECODER = ROOT / "js/decoder/dist/worker.js"
 
@@ -62,20 +63,20 @@ def test_a_frame_shows_the_picture_of_its_first_camera(players):
         assert (decoded(clip[3]._repr_png_()) == clip[3].images[0].whole()).all()
         unused = clip[5]
     assert unused._repr_png_() is None  # the clip is closed
-    with fvv.open(CONFORMANCE / "openexr/bars.fvv") as clip:
+    with fvv.open(vector("openexr_bars")) as clip:
         shown = decoded(clip[0]._repr_png_())
         light = clip[0].images[3].whole().astype(float).clip(0, 1)
         low = light <= 0.0031308
         expected = 255 * numpy.where(low, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
         assert shown.shape == light.shape and numpy.abs(shown - expected).max() <= 0.5 + 1e-6
         assert shown.max() > 100
-    with fvv.open(CONFORMANCE / "tiles/crops.fvv") as clip:  # its samples do not decode
+    with fvv.open(vector("tiles_crops")) as clip:  # its samples do not decode
         assert clip[0]._repr_png_() is None
 
 
-@pytest.mark.parametrize("name", ["delta/field", "colours/sheet", "audio/two_sounds", "calibration/moving"])
+@pytest.mark.parametrize("name", ["delta_field", "colours_sheet", "audio_two_sounds", "calibration_moving"])
 def test_a_frame_without_pictures_shows_its_mesh(name):
-    with fvv.open(CONFORMANCE / f"{name}.fvv") as clip:
+    with fvv.open(vector(name)) as clip:
         shown = decoded(clip[0]._repr_png_())
     behind = (shown == (250, 250, 248)).all(axis=2)
     # It is in the middle of the picture and ends before its edges.

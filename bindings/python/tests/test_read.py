@@ -16,11 +16,12 @@ from fractions import Fraction
 import fvv
 import numpy
 import pytest
-from conftest import CONFORMANCE, ROOT, tool
+from conftest import ROOT, tool
 from PIL import Image
 from real_capture import read_ply
+from vectors import path_of as vector
 
-FIELD = CONFORMANCE / "delta/field.fvv"
+FIELD = vector("delta_field")
 
 
 def same(a, b):

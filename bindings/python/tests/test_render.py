@@ -7,9 +7,10 @@ import threading
 import fvv
 import numpy
 import pytest
-from conftest import CONFORMANCE, tool
+from conftest import tool
 from PIL import Image
 from reference import container
+from vectors import path_of as vector
 
 EYE, TARGET = (2.0, 1.4, 3.0), (0.0, 0.9, 0.0)
 
@@ -294,7 +295,7 @@ def test_arguments_of_compare(players):
         with pytest.raises(fvv.UsageError, match=message):
             fvv.compare(a, b, **options)
     with pytest.raises(fvv.Error, match="unlike frame rates"):
-        fvv.compare(players, CONFORMANCE / "normals/cube.fvv")
+        fvv.compare(players, vector("normals_cube"))
     with pytest.raises(FileNotFoundError):
         fvv.compare(players, players.parent / "absent.fvv")
     with pytest.raises(ZeroDivisionError):

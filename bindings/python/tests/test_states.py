@@ -128,7 +128,7 @@ class Clips(RuleBasedStateMachine):
         self.closed = True
         self.kept = []
 
-    @rule(name=strategies.sampled_from([n for n in SMALL if n != "tiny/empty"]))
+    @rule(name=strategies.sampled_from([n for n in SMALL if n != "tiny_empty"]))
     def open(self, name):
         self.name, self.content = name, CONTENTS[name]
         self.clip, self.closed = fvv.open(self.content), False
@@ -239,8 +239,8 @@ TestClips.settings = settings(max_examples=EXAMPLES * 3 // 10, stateful_step_cou
     strategies.floats(0, 1),
     strategies.sampled_from(KINDS),
 )
-@example("tiny/tetrahedron", 0.0, 0.0, bytes)
-@example("tiny/empty", 1.0, 1.0, memoryview)
+@example("tiny_tetrahedron", 0.0, 0.0, bytes)
+@example("tiny_empty", 1.0, 1.0, memoryview)
 def test_two_cuts_anywhere(name, one, two, kind):
     content = CONTENTS[name]
     first, second = sorted((round(one * len(content)), round(two * len(content))))
@@ -254,7 +254,7 @@ MODELS = {}
 
 
 @given(strategies.sampled_from(SMALL), strategies.floats(0, 1), strategies.integers(0, 2000))
-@example("delta/stencils", 1.0, 1)
+@example("delta_stencils", 1.0, 1)
 def test_a_stream_that_is_joined_late(name, part, size):
     """From the configuration on, then from anywhere: frames are those of the stream."""
     content = CONTENTS[name]
@@ -273,7 +273,7 @@ def test_a_stream_that_is_joined_late(name, part, size):
 
 
 @given(damaged())
-@example(("delta/field", flipped(CONTENTS["delta/field"], CONTENTS["delta/field"].rindex(b"GEND") + 20)))
+@example(("delta_field", flipped(CONTENTS["delta_field"], CONTENTS["delta_field"].rindex(b"GEND") + 20)))
 def test_chunks_of_damaged_streams_lie_in_them(case):
     _, content = case
     clip = opened(content)

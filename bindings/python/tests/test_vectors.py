@@ -6,32 +6,30 @@ import zlib
 import fvv
 import numpy
 import pytest
-from conftest import CONFORMANCE, VECTORS
+from conftest import VECTORS
 from reference import container, openexr, visibility
 from reference.container import crc32c
+from vectors import LISTINGS, name_of
+from vectors import path_of as vector
 
 
 def listed(name, suffix=".crc"):
-    return (CONFORMANCE / f"{name}{suffix}").read_text().splitlines()
+    return (LISTINGS / f"{name}{suffix}").read_text().splitlines()
 
 
 def crc(array, kind):
     return f"{crc32c(array.astype(kind).tobytes()):08x}"
 
 
-def ids(path):
-    return f"{path.parent.name}/{path.stem}"
-
-
-@pytest.mark.parametrize("name", ["delta/field", "delta/stencils"])
+@pytest.mark.parametrize("name", ["delta_field", "delta_stencils"])
 def test_lattice(name):
-    with fvv.open(CONFORMANCE / f"{name}.fvv") as clip:
+    with fvv.open(vector(name)) as clip:
         assert [crc(frame.mesh.lattice, "<i4") for frame in clip] == listed(name)
 
 
-@pytest.mark.parametrize("name", ["delta/field", "fast/shapes", "normals/cube"])
+@pytest.mark.parametrize("name", ["delta_field", "fast_shapes", "normals_cube"])
 def test_positions_are_the_lattice_in_metres(name):
-    with fvv.open(CONFORMANCE / f"{name}.fvv") as clip:
+    with fvv.open(vector(name)) as clip:
         for frame in clip:
             mesh = frame.mesh
             metres = mesh.origin + mesh.step * mesh.lattice
@@ -42,7 +40,7 @@ def test_positions_are_the_lattice_in_metres(name):
 
 def test_uvs_and_faces():
     found = []
-    with fvv.open(CONFORMANCE / "fast/shapes.fvv") as clip:
+    with fvv.open(vector("fast_shapes")) as clip:
         for frame in clip:
             mesh = frame.mesh
             data = mesh.lattice.astype("<i4").tobytes() + mesh.indices.astype("<u4").tobytes()
@@ -55,25 +53,25 @@ def test_uvs_and_faces():
 
 
 def payload_bits(clip, frame):
-    payload = container.payloads((CONFORMANCE / "fast/shapes.fvv").read_bytes(), b"MESH")[frame.index]
+    payload = container.payloads((vector("fast_shapes")).read_bytes(), b"MESH")[frame.index]
     return payload[2]
 
 
 def test_normals():
-    with fvv.open(CONFORMANCE / "normals/cube.fvv") as clip:
-        assert [crc(frame.mesh.normals, "<f4") for frame in clip] == listed("normals/cube")
+    with fvv.open(vector("normals_cube")) as clip:
+        assert [crc(frame.mesh.normals, "<f4") for frame in clip] == listed("normals_cube")
         assert [frame.mesh.has_normals for frame in clip] == [True] * 5 + [False] * 5
 
 
 def test_colours():
-    with fvv.open(CONFORMANCE / "colours/sheet.fvv") as clip:
+    with fvv.open(vector("colours_sheet")) as clip:
         found = ["none" if (c := frame.mesh.colours) is None else crc(c, "u1") for frame in clip]
-    assert found == listed("colours/sheet")
+    assert found == listed("colours_sheet")
 
 
 def test_cameras_that_move():
     lines = []
-    with fvv.open(CONFORMANCE / "calibration/moving.fvv") as clip:
+    with fvv.open(vector("calibration_moving")) as clip:
         for frame in clip:
             for camera in frame.cameras.values():
                 K = camera.K
@@ -81,12 +79,12 @@ def test_cameras_that_move():
                 packed = struct.pack("<26d", *numbers, *camera.R.ravel(), *camera.t)
                 lines.append(f"{frame.ticks} {camera.id} {crc32c(packed):08x}")
                 assert camera.moves
-    assert sorted(lines) == sorted(listed("calibration/moving"))
+    assert sorted(lines) == sorted(listed("calibration_moving"))
 
 
-@pytest.mark.parametrize("name", ["visibility/moving", "visibility/sheet", "visibility/weights"])
+@pytest.mark.parametrize("name", ["visibility_moving", "visibility_sheet", "visibility_weights"])
 def test_visibility(name):
-    stream = (CONFORMANCE / f"{name}.fvv").read_bytes()
+    stream = (vector(name)).read_bytes()
     # Clause 17.4: the weights of the states, in order.
     table = numpy.array([127, 0, 255, 85, 170, 113, 142], numpy.uint8)
     decoded = list(visibility.decode(stream))
@@ -112,7 +110,7 @@ def test_visibility(name):
 
 
 def test_openexr():
-    stream = (CONFORMANCE / "openexr/bars.fvv").read_bytes()
+    stream = (vector("openexr_bars")).read_bytes()
     samples = container.payloads(stream, b"VPKT")
     with fvv.open(stream) as clip:
         assert len(clip) == len(samples)
@@ -125,7 +123,7 @@ def test_openexr():
 
 def test_layouts_of_groups():
     lines = []
-    with fvv.open(CONFORMANCE / "tiles/crops.fvv") as clip:
+    with fvv.open(vector("tiles_crops")) as clip:
         groups = {}
         for frame in clip:
             groups.setdefault(frame._located()[2], frame)
@@ -135,11 +133,11 @@ def test_layouts_of_groups():
         # Only what a header needs of each sample is there: it cannot be decoded.
         with pytest.raises(fvv.DamagedError):
             clip[0].images[0].pixels  # noqa: B018
-    assert lines == sorted(tuple(map(int, line.split()[:2])) for line in listed("tiles/crops", ".txt"))
+    assert lines == sorted(tuple(map(int, line.split()[:2])) for line in listed("tiles_crops", ".txt"))
 
 
 def test_sound():
-    with fvv.open(CONFORMANCE / "audio/two_sounds.fvv") as clip:
+    with fvv.open(vector("audio_two_sounds")) as clip:
         clap, steps = clip.audio
         assert (clap.title, clap.codec, clap.rate, clap.language) == ("clap", "opus", 48000, "en-GB")
         assert len(clap.packets) == 12 and clap.packets_start == 0 and clap.position is None
@@ -154,11 +152,11 @@ def test_sound():
         ]
         assert [r.tracks for r in clip.rungs] == [(1, 3, 4), (2, 3, 4)]
         assert clip[0].mesh.track == 1
-    with fvv.open(CONFORMANCE / "audio/two_sounds.fvv", rung=1) as clip:
+    with fvv.open(vector("audio_two_sounds"), rung=1) as clip:
         assert clip[0].mesh.track == 2 and list(clip[0].meshes) == [2]
 
 
-@pytest.mark.parametrize("path", VECTORS, ids=ids)
+@pytest.mark.parametrize("path", VECTORS, ids=name_of)
 def test_every_vector_is_whole(path):
     found = fvv.check(path)
     assert found.ok and found.frames == found.whole_frames and found.bytes == path.stat().st_size
@@ -188,9 +186,9 @@ def listed_background(background):
 
 
 def test_background():
-    expected = listed("background/stage", ".txt")
+    expected = listed("background_stage", ".txt")
     pictures = [line for line in expected if line.startswith("picture")]
-    with fvv.open(CONFORMANCE / "background/stage.fvv") as clip:
+    with fvv.open(vector("background_stage")) as clip:
         # It is sent in the first group and holds for the second one.
         backgrounds = [frame.background for frame in clip]
         unread = clip[0]
@@ -201,8 +199,8 @@ def test_background():
         assert len(background.pictures) == len(pictures) == 2
     with pytest.raises(fvv.UsageError, match="closed"):
         unread.background  # noqa: B018
-    with fvv.open(CONFORMANCE / "delta/field.fvv") as clip:
+    with fvv.open(vector("delta_field")) as clip:
         assert clip[0].background is None
     few = fvv.Limits(max_vertices=3)
-    with fvv.open(CONFORMANCE / "background/stage.fvv", limits=few) as clip, pytest.raises(fvv.LimitError):
+    with fvv.open(vector("background_stage"), limits=few) as clip, pytest.raises(fvv.LimitError):
         clip[0].background  # noqa: B018

@@ -9,7 +9,7 @@ import sys
 import fvv
 from open_close import resident
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "conformance/real"))  # for scenes
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "tests/real"))  # for scenes
 from scenes import ball, camera, picture
 
 

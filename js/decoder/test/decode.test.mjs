@@ -53,7 +53,7 @@ for (const file of files)
   });
 
 test("visibility weights are of seven values, and null for other cameras", async () => {
-  const file = conformanceFiles().find((name) => name.endsWith("weights.fvv"));
+  const file = conformanceFiles().find((name) => name.endsWith("vector_visibility_weights/input.fvv"));
   const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(file)) });
   const met = new Set();
   for await (const frame of decoder) {
@@ -86,7 +86,7 @@ test("clips contain what they are to test", () => {
   assert.ok(changed.length > 0, "no camera moves");
   const tiles = moving.map((frame) => Object.entries(frame).find(([key]) => key.startsWith("tiles"))[1]);
   assert.notEqual(tiles[0], tiles[4], "both groups have the same tiles");
-  const crops = nativeFrames(conformanceFiles().find((file) => file.endsWith("crops.fvv")));
+  const crops = nativeFrames(conformanceFiles().find((file) => file.endsWith("vector_tiles_crops/input.fvv")));
   const layouts = crops.flatMap((frame) => Object.entries(frame).filter(([key]) => key.startsWith("tiles")));
   assert.ok(new Set(layouts.map(([, hash]) => hash)).size > 1, "all groups have one layout");
 });

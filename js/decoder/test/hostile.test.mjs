@@ -87,7 +87,7 @@ function* chunksOf(bytes) {
 const vector = (name) => new Uint8Array(readFileSync(conformanceFiles().find((file) => file.endsWith(name))));
 
 test("a configuration that only the second group finds is reported before its frames", async () => {
-  const whole = vector("texturing/default.fvv");
+  const whole = vector("vector_texturing_default/input.fvv");
   const chunks = [...chunksOf(whole)];
   const group = chunks.find(({ type }) => type === "GRUP");
   const block = chunks.find(({ at, type }) => type === "SCEN" && at > group.at);
@@ -115,7 +115,7 @@ test("a group that names another configuration is not decoded", async () => {
 });
 
 test("sound comes after the configuration, also where damage comes first", async () => {
-  const whole = vector("audio/two_sounds.fvv");
+  const whole = vector("vector_audio_two_sounds/input.fvv");
   const chunks = [...chunksOf(whole)];
   const [begin] = chunks.filter(({ type }) => type === "GRUP");
   const [end] = chunks.filter(({ type }) => type === "GEND");
@@ -269,7 +269,7 @@ async function issuesOf(file, type, at) {
 }
 
 test("rarely used codecs check their input, as libfvv does", async () => {
-  const picture = conformanceFiles().find((file) => file.endsWith("bars.fvv"));
+  const picture = conformanceFiles().find((file) => file.endsWith("vector_openexr_bars/input.fvv"));
   // The first byte of the vertex stream follows a header of 16 bytes and a size of 4; the index stream ends with its
   // table; a picture begins with a magic number.
   assert.equal((await issuesOf(clips.fast, "MESH", 20))[0], 3025);
@@ -295,7 +295,7 @@ test("counts without data cost no memory", async () => {
 
 test("no instance grows beyond limits.memory", async () => {
   const vertices = 400000;
-  const tetrahedron = conformanceFiles().find((file) => file.endsWith("tetrahedron.fvv"));
+  const tetrahedron = conformanceFiles().find((file) => file.endsWith("vector_tiny_tetrahedron/input.fvv"));
   const large = replaceMesh(new Uint8Array(readFileSync(tetrahedron)), (payload) => {
     // A raw mesh that is as large as it claims.
     const faces = vertices / 4;

@@ -11,15 +11,16 @@ import subprocess
 import time
 
 import pytest
-from conftest import CONFORMANCE, Tool, read_json, run, tool_path
+from conftest import Tool, read_json, run, tool_path
 from recover_oracle import groups_of, judge, offsets
 from reference.container import Stream, crc32c
 from reference.mesh import raw_parts
 from reference.tiny import TETRAHEDRON
+from vectors import name_of, names, path_of
 
 # Damaged versions of each file; FVV_RECOVER_CASES multiplies them. Slow programs, of sanitizers, get a third of the files.
 MANY = float(os.environ.get("FVV_RECOVER_CASES", 1))
-FILES = sorted(CONFORMANCE.glob("*/*.fvv"))[:: 1 if MANY >= 1 else 3]
+FILES = [path_of(name) for name in names()][:: 1 if MANY >= 1 else 3]
 CASES = {"cut": 4, "bit": 4, "burst": 2, "insert": 1, "delete": 2, "repeat": 1, "swap": 1}
 
 
@@ -74,7 +75,7 @@ def recovered(fvvrecover, folder, content, *options):
     return report, written
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", FILES, ids=name_of)
 def test_a_whole_file_gives_the_same_bytes(fvvrecover, tmp_path, path):
     content = path.read_bytes()
     report, written = recovered(fvvrecover, tmp_path, content)
@@ -154,9 +155,9 @@ def sweep(fvvrecover, fvvinfo, folder, content, name):
         return sum(future.result() for future in done)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", FILES, ids=name_of)
 def test_damage(fvvrecover, fvvinfo, tmp_path, path):
-    assert sweep(fvvrecover, fvvinfo, tmp_path, path.read_bytes(), path.stem) > 10 * MANY
+    assert sweep(fvvrecover, fvvinfo, tmp_path, path.read_bytes(), name_of(path)) > 10 * MANY
 
 
 @pytest.fixture(scope="module")
@@ -269,7 +270,7 @@ def test_a_damaged_payload_gets_no_new_crc(fvvrecover, tmp_path):
 
 
 def test_a_layout_moves_to_the_first_sample_that_is_left(fvvrecover, fvvinfo, tmp_path):
-    content = (CONFORMANCE / "tiles/crops.fvv").read_bytes()
+    content = (path_of("tiles_crops")).read_bytes()
     source = groups_of(content)
     group = next(i for i, g in enumerate(source) if g.layouts() and len(g.frames()) > 1)
     first = [at for at in places(content, b"VPKT") if at > places(content, b"GRUP")[group]][0]
