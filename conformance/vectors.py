@@ -12,10 +12,10 @@ import sys
 
 from reference import (
     audio,
-    background,
     calibration,
     colours,
     container,
+    environment,
     mesh_delta,
     mesh_fast,
     normals,
@@ -30,10 +30,10 @@ ROOT = pathlib.Path(__file__).resolve().parent
 LISTINGS = ROOT / "reference/listings"
 READERS = {
     "audio": audio,
-    "background": background,
     "calibration": calibration,
     "colours": colours,
     "delta": mesh_delta,
+    "environment": environment,
     "fast": mesh_fast,
     "normals": normals,
     "openexr": openexr,
@@ -41,7 +41,7 @@ READERS = {
     "tiles": tiles,
     "visibility": visibility,
 }
-TEXT = {"audio", "background", "texturing", "tiles"}  # others list CRCs
+TEXT = {"audio", "environment", "texturing", "tiles"}  # others list CRCs
 
 
 def streams():

@@ -12,7 +12,7 @@ import numpy
 from protocol import serve
 
 FILE_HEADER, CHUNK_HEADER = 24, 32
-PARTS = ["check", "mesh", "camera", "visibility", "colours", "background"]
+PARTS = ["check", "mesh", "camera", "visibility", "colours", "environment"]
 
 
 def sha256(array, kind=None):
@@ -86,7 +86,7 @@ def frame_arrays(frame, visibility):
     return arrays
 
 
-def background_arrays(parts, pictures, lights):
+def environment_arrays(parts, pictures, lights):
     for i, part in enumerate(parts):
         yield f"part/{i}/positions", sha256(part.mesh.positions, "<f4")
         yield f"part/{i}/faces", sha256(part.mesh.indices, "<u4")
@@ -99,7 +99,7 @@ def background_arrays(parts, pictures, lights):
         yield f"light/{i}", sha256(numpy.array([*numbers, light.inner_cone, light.outer_cone]), "<f8")
 
 
-def counts_of_backgrounds(clip):
+def counts_of_environments(clip):
     """(track, parts, pictures, lights) of the last environment of each track, in order of the tracks."""
     found = {}
     chunks = clip.chunks()
@@ -110,13 +110,13 @@ def counts_of_backgrounds(clip):
     return [(track.id, *found[track.id]) for track in clip.tracks if track.id in found and track.rank == 0]
 
 
-def backgrounds(clip, frames):
+def environments(clip, frames):
     """Those of the last configuration. The package joins the environments of several tracks."""
     last = [frame for frame in frames if frame._description is frames[-1]._description]
-    joined = next((found for frame in reversed(last) if (found := frame.background) is not None), None)
+    joined = next((found for frame in reversed(last) if (found := frame.environment) is not None), None)
     if joined is None:
         return {}
-    tracks = counts_of_backgrounds(clip)
+    tracks = counts_of_environments(clip)
     lists = (joined.parts, joined.pictures, joined.lights)
     if len(tracks) == 1:
         # The last chunk may be that of another configuration.
@@ -127,7 +127,7 @@ def backgrounds(clip, frames):
     for track, *counts in tracks:
         some = [values[i : i + count] for values, i, count in zip(lists, at, counts)]
         at = [i + count for i, count in zip(at, counts)]
-        out[str(track)] = dict(background_arrays(*some))
+        out[str(track)] = dict(environment_arrays(*some))
     return out
 
 
@@ -187,10 +187,10 @@ def read(content, problems):
             except fvv.Error:
                 continue
         try:
-            background = backgrounds(clip, intact)
+            environment = environments(clip, intact)
         except fvv.Error:
-            background = {}
-        return {"frames": frames, "background": background}
+            environment = {}
+        return {"frames": frames, "environment": environment}
 
 
 def report(content, live):
@@ -204,7 +204,7 @@ def report(content, live):
     try:
         out.update(read(content, [p for p in found.problems if p.issue is not None]))
     except fvv.Error:
-        out.update({"frames": [], "background": {}})
+        out.update({"frames": [], "environment": {}})
         if found.problem_count:
             out["status"] = "refused"
     return out

@@ -11,7 +11,7 @@ PARTS = (
     "texturing",
     "video",
     "sound",
-    "background",
+    "environment",
 )
 
 
@@ -100,12 +100,12 @@ def sound_differences(expected, found, all_of_it):
             yield f"sound of track {track}: a packet differs"
 
 
-def background_differences(expected, found, all_of_it):
+def environment_differences(expected, found, all_of_it):
     for track in sorted(expected.keys() | found.keys()):
         wanted, there = expected.get(track, {}), found.get(track)
         if there is None and not all_of_it:
             continue
-        yield from array_differences(f"background of track {track}", wanted, there or {})
+        yield from array_differences(f"environment of track {track}", wanted, there or {})
 
 
 def summary_differences(expected, found):
@@ -141,15 +141,15 @@ def issue_differences(expected, found):
 
 
 def content_differences(expected, report, parts, all_of_it):
-    """What is called intact: frames, sound and background."""
+    """What is called intact: frames, sound and environment."""
     if "frames" in expected:
         # A fault that decoding does not meet takes nothing from the frames of who does not look for it.
         others = bool(expected.get("needs_check"))
         yield from frame_differences(expected["frames"], report["frames"], parts, all_of_it, others)
     if "sound" in parts and "sounds" in expected:
         yield from sound_differences(expected["sounds"], report.get("sounds", {}), all_of_it)
-    if "background" in parts and "background" in expected:
-        yield from background_differences(expected["background"], report.get("background", {}), all_of_it)
+    if "environment" in parts and "environment" in expected:
+        yield from environment_differences(expected["environment"], report.get("environment", {}), all_of_it)
 
 
 def differences(tier, expected, report, parts):

@@ -10,12 +10,17 @@ import json
 import queue
 import shlex
 import subprocess
+import sys
 import tempfile
 import threading
 
 PROTOCOL = 1
 #: Requests that wait for answers: enough to keep a decoder busy, few enough to send again after a crash.
 AHEAD = 16
+
+
+#: Former words of the protocol, which are read for one version.
+FORMER = {"background": "environment"}
 
 
 class DecoderError(Exception):
@@ -108,7 +113,10 @@ class Decoder:
         self.name = str(hello.get("name", shlex.split(command)[0]))
         self.version = str(hello.get("version", ""))
         self.format = str(hello.get("format", ""))
-        self.parts = frozenset(hello.get("parts", []))
+        parts = hello.get("parts", [])
+        self.parts = frozenset(FORMER.get(part, part) for part in parts)
+        for part in FORMER.keys() & set(parts):
+            print(f"{self.name}: {part} is now {FORMER[part]}", file=sys.stderr)
 
     def _start(self):
         self._process = Process(self.command)
@@ -151,7 +159,9 @@ class Decoder:
                 continue
             if not isinstance(answer, dict):
                 self._end(0)
-            yield answer
+                yield answer
+                continue
+            yield {FORMER.get(key, key): value for key, value in answer.items()}
 
     def close(self):
         if self._process is not None:

@@ -7,7 +7,7 @@ import threading
 from typing import NamedTuple
 
 from . import damage
-from .compare import background_differences, content_differences, describe_differences, number
+from .compare import content_differences, describe_differences, environment_differences, number
 from .decoder import Decoder
 
 #: Damages that a process gets at once.
@@ -35,19 +35,19 @@ def same_content(baseline, report, parts):
     return not list(content_differences(baseline, report, parts, True))
 
 
-def wrong_background(backgrounds, found):
+def wrong_environment(environments, found):
     """found: the environment under the last configuration that was read, which may be any of the stream's."""
-    differences = [list(background_differences(one, found, False)) for one in backgrounds]
+    differences = [list(environment_differences(one, found, False)) for one in environments]
     return [] if not all(differences) else differences[-1]
 
 
-def verdict(baseline, backgrounds, report, one, parts):
-    """baseline: the decoder's own report on the stream without damage. backgrounds: those under each of its configurations."""
+def verdict(baseline, environments, report, one, parts):
+    """baseline: the decoder's own report on the stream without damage. environments: those under each of its configurations."""
     if isinstance(report, str):
         return Verdict("failed", report)
-    wrong = list(content_differences(baseline, report, parts - {"background"}, False))
-    if "background" in parts:
-        wrong += wrong_background(backgrounds, report.get("background", {}))
+    wrong = list(content_differences(baseline, report, parts - {"environment"}, False))
+    if "environment" in parts:
+        wrong += wrong_environment(environments, report.get("environment", {}))
     if wrong:
         return Verdict("silent", wrong[0])
     times = {number(frame["time"]) for frame in report["frames"]}
@@ -73,9 +73,9 @@ def verdict(baseline, backgrounds, report, one, parts):
     return Verdict("silent", "something is missing, and nothing is reported")
 
 
-def judge(baseline, backgrounds, report, one, parts):
+def judge(baseline, environments, report, one, parts):
     try:
-        return verdict(baseline, backgrounds, report, one, parts)
+        return verdict(baseline, environments, report, one, parts)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         return Verdict(
             "failed", f"the report has not the form of the protocol: {type(error).__name__}: {error}"
@@ -143,13 +143,15 @@ def sweep_decoder(command, cases, sample, exhaustive, jobs, timeout, live=False,
     def baseline_of(decoder, case):
         """The report on a case and the environments of its configurations, or None."""
         # A stream may end before a later configuration; then an earlier one is the last.
-        blocks = damage.blocks_of(damage.chunks_of(case.content))[1:] if "background" in decoder.parts else []
+        blocks = (
+            damage.blocks_of(damage.chunks_of(case.content))[1:] if "environment" in decoder.parts else []
+        )
         contents = [case.content, *(case.content[: block.begin] for block in blocks)]
         report, *cut = decoder.decode_all(request_of(content, live) for content in contents)
         if describe_differences(case.tier, case.expected, report, decoder.parts):
             return None
         return report, [
-            one["background"] for one in [*cut, report] if isinstance(one, dict) and "background" in one
+            one["environment"] for one in [*cut, report] if isinstance(one, dict) and "environment" in one
         ]
 
     def work(_):

@@ -14,7 +14,7 @@ FORMAT = f"{DATA['format']['major']}.{DATA['format']['minor']}"
 MOST_BYTES = 65535  # of one input
 FILES = ("input.fvv", "expected.json")  # of one case
 # Rules that make a reader stop: what was found before is all that there is. Others leave the rest usable.
-# Each chunk decodes all the same: attributes that differ within a group, a background that is not needed or known
+# Each chunk decodes all the same: attributes that differ within a group, an environment that is not needed or known
 # already, a codec of sound that players skip.
 NEEDS_CHECK = {3016, 3032, 4302, 8003, 8004}
 REFUSED = {1001, 1004, 1005, 1106, 1108}
@@ -120,7 +120,7 @@ def expectation(case, data, fault):
     if not found["summary"]["ended"]:
         # Without a footer only a reader from front to back finds an index.
         del found["summary"]["indexed"]
-    out |= {part: found[part] for part in ("frames", "sounds", "background", "summary")}
+    out |= {part: found[part] for part in ("frames", "sounds", "environment", "summary")}
     return out
 
 

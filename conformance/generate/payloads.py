@@ -113,7 +113,7 @@ def light(kind, **fields):
     return pack("BACK light", **values | fields)
 
 
-def background(parts=(), pictures=(), lights=(), **fields):
+def environment(parts=(), pictures=(), lights=(), **fields):
     """BACK. parts, pictures: as part and picture return them."""
     values = {"lattice_step": 0.01, "part_count": len(parts), "picture_count": len(pictures)}
     out = pack("BACK payload", **values | {"light_count": len(lights)} | fields)

@@ -8,7 +8,7 @@ import sys
 from .container import DATA
 from .decoder import report
 
-PARTS = ["check", "mesh", "camera", "visibility", "colours", "video", "sound", "background"]
+PARTS = ["check", "mesh", "camera", "visibility", "colours", "video", "sound", "environment"]
 
 
 def hello():

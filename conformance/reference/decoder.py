@@ -323,7 +323,7 @@ class Reader:
         group.take(chunk)
         if not broken:
             group.content(chunk)
-            if chunk.kind == b"BACK" and chunk.track in group.backgrounds:
+            if chunk.kind == b"BACK" and chunk.track in group.environments:
                 same = self.environments.setdefault((self.run[0], chunk.track), chunk.payload)
                 demand(same == chunk.payload, 8004, "another environment under one configuration")
 
@@ -410,11 +410,11 @@ class Reader:
                 str(track): {**sound_of(parts), "chunks": [sound_of([part]) for part in parts]}
                 for track, parts in sorted(sounds.items())
             },
-            "background": self.background(),
+            "environment": self.environment(),
             "summary": self.summary(),
         }
 
-    def background(self):
+    def environment(self):
         """Clause 18.5: the environment of the last group, found as a reader with an index finds it."""
         groups = [group for group in self.groups if group.block]
         if not groups:
@@ -423,8 +423,8 @@ class Reader:
         of_block = next(group for group in groups if group.at_block is last.at_block)
         of_run = next(group for group in groups if group.run == last.run)
         for group in of_run, of_block, last:
-            for track, background in group.backgrounds.items():
-                out[str(track)] = {name: sha256(data) for name, data in background.arrays()}
+            for track, environment in group.environments.items():
+                out[str(track)] = {name: sha256(data) for name, data in environment.arrays()}
         return out
 
     def summary(self):

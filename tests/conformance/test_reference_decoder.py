@@ -56,7 +56,7 @@ def test_vectors_are_whole_and_decode_to_the_arrays_of_libfvv(path, libfvv):
     data = path.read_bytes()
     own, other = report(data), libfvv.decode(data)
     assert (own["status"], own["issues"]) == ("whole", [])
-    for part in "frames", "sounds", "background":
+    for part in "frames", "sounds", "environment":
         assert own[part] == other[part], part
 
 

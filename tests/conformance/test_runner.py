@@ -16,7 +16,7 @@ from fvv_conformance.compare import describe_differences  # noqa: E402
 from fvv_conformance.decoder import Decoder, DecoderError  # noqa: E402
 from fvv_conformance.sweep import judge  # noqa: E402
 
-PARTS = frozenset(("check", "mesh", "camera", "sound", "background"))
+PARTS = frozenset(("check", "mesh", "camera", "sound", "environment"))
 WHOLE = {
     "status": "whole",
     "issues": [],
@@ -35,7 +35,7 @@ WHOLE = {
             ],
         }
     },
-    "background": {"5": {"light/0": "ff"}},
+    "environment": {"5": {"light/0": "ff"}},
     "summary": {"frames": 2, "cameras": [3], "ended": True},
 }
 FAULTY = {**WHOLE, "status": "damaged", "issues": [{"issue": "FVV-3003", "offset": 96}]}
@@ -71,8 +71,8 @@ def test_the_same_agrees():
         },
         {"sounds": {}},
         {"sounds": {"4": {"packets": 2, "start": 1, "sha256": "ee"}}},
-        {"background": {}},
-        {"background": {"5": {"light/0": "f0"}}},
+        {"environment": {}},
+        {"environment": {"5": {"light/0": "f0"}}},
         {"summary": {"frames": 3}},
         {"frames": None},
     ],
@@ -85,11 +85,11 @@ def test_parts_that_are_not_claimed_are_not_compared():
     other = changed(
         WHOLE, frames=[{**f, "arrays": {**f["arrays"], "camera/3": "0"}} for f in WHOLE["frames"]], sounds={}
     )
-    assert describe_differences("valid", WHOLE, other, frozenset(("mesh", "background"))) == []
+    assert describe_differences("valid", WHOLE, other, frozenset(("mesh", "environment"))) == []
 
 
 def test_faulty_streams():
-    some = changed(FAULTY, frames=WHOLE["frames"][1:], sounds={}, background={})
+    some = changed(FAULTY, frames=WHOLE["frames"][1:], sounds={}, environment={})
     assert describe_differences("faulty", FAULTY, some, PARTS) == []
     for fields in (
         {"status": "whole"},
@@ -110,12 +110,12 @@ EARLIER = {"5": {"light/0": "e1", "part/0/faces": "e2"}}
 
 
 def verdict(report, parts=PARTS, kind="bit", others=()):
-    backgrounds = [EARLIER, WHOLE["background"]]
-    return judge(WHOLE, backgrounds, report, damage.Damage("x", kind, b"", frozenset(others)), parts).outcome
+    environments = [EARLIER, WHOLE["environment"]]
+    return judge(WHOLE, environments, report, damage.Damage("x", kind, b"", frozenset(others)), parts).outcome
 
 
 def test_verdicts():
-    assert verdict({**WHOLE, "status": "refused", "frames": [], "sounds": {}, "background": {}}) == "refused"
+    assert verdict({**WHOLE, "status": "refused", "frames": [], "sounds": {}, "environment": {}}) == "refused"
     assert verdict(changed(FAULTY, frames=WHOLE["frames"][1:])) == "damaged"
     assert verdict(changed(FAULTY, frames=WHOLE["frames"][1:]), others=[0]) == "silent"
     wrong = [{"time": 0, "arrays": {"mesh/1/faces": "ab", "camera/3": "bb"}}]
@@ -132,8 +132,8 @@ def test_verdicts():
         verdict(changed(FAULTY, sounds={"4": {**one_chunk, "chunks": [{**one_chunk, "sha256": "0"}]}}))
         == "silent"
     )
-    assert verdict(changed(FAULTY, background=EARLIER)) == "damaged"
-    assert verdict(changed(FAULTY, background={"5": {"light/0": "e1"}})) == "silent"
+    assert verdict(changed(FAULTY, environment=EARLIER)) == "damaged"
+    assert verdict(changed(FAULTY, environment={"5": {"light/0": "e1"}})) == "silent"
     assert verdict("no answer") == verdict({}) == "failed"
 
 
@@ -186,6 +186,22 @@ def test_a_decoder_that_fails_is_started_again(tmp_path):
     assert answers["hang"] == "no answer within 2 s"
     assert answers["error"] == "error: cannot be opened"
     assert "expected a JSON object" in answers["nonsense"] and "expected" in answers["other"]
+
+
+def test_a_former_word_is_read_as_the_present_one(tmp_path, capsys):
+    program = """
+        import json, sys
+        for line in sys.stdin:
+            if json.loads(line)["op"] == "hello":
+                answer = {"protocol": 1, "name": "old", "parts": ["mesh", "background"]}
+            else:
+                answer = {"id": json.loads(line)["id"], "background": {"5": {}}}
+            print(json.dumps(answer), flush=True)
+    """
+    with Decoder(fake(tmp_path, program)) as decoder:
+        assert decoder.parts == {"mesh", "environment"}
+        assert list(decoder.decode_all([{"path": "a"}])) == [{"id": 0, "environment": {"5": {}}}]
+    assert capsys.readouterr().err == "old: background is now environment\n"
 
 
 def test_what_is_no_decoder(tmp_path):

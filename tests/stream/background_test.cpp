@@ -33,7 +33,7 @@ Bytes other_payload() {
 }
 
 Bytes vector_bytes() {
-  std::ifstream file(FVV_CASES "/vector_background_stage/input.fvv", std::ios::binary);
+  std::ifstream file(FVV_CASES "/vector_environment_stage/input.fvv", std::ios::binary);
   return Bytes(std::istreambuf_iterator<char>(file), {});
 }
 
@@ -230,5 +230,5 @@ TEST_CASE("the conformance vector of backgrounds holds the environment that it w
 }
 
 TEST_CASE("write the vector of backgrounds", "[.][make]") {
-  write_vector(FVV_CASES "/vector_background_stage/input.fvv", write(stage(2, raw_payload(), true)));
+  write_vector(FVV_CASES "/vector_environment_stage/input.fvv", write(stage(2, raw_payload(), true)));
 }

@@ -9,10 +9,10 @@ import pytest
 from conftest import CONFORMANCE, figures, run
 from real_capture import read_ply
 from reference import (
-    background,
     calibration,
     colours,
     container,
+    environment,
     mesh,
     mesh_delta,
     mesh_fast,
@@ -341,21 +341,21 @@ def test_fvvinfo_reports_colours():
 # Background.
 
 
-def test_the_background_vector_has_each_type_of_light():
-    assert sum(line.startswith("light") for line in listed("background_stage", ".txt")) == 3
+def test_the_environment_vector_has_each_type_of_light():
+    assert sum(line.startswith("light") for line in listed("environment_stage", ".txt")) == 3
 
 
 @pytest.mark.parametrize(
     "at, byte, issue",
     [(44, 1, 8001), (31, 0x80, 8002), (52, 9, 8005), (144, 2, 8007), (149, 9, 8006), (176, 3, 8008)],
 )
-def test_broken_rules_of_a_background_have_their_numbers(at, byte, issue):
-    broken = bytearray(container.payloads(stream("background_stage"), b"BACK")[0])
+def test_broken_rules_of_an_environment_have_their_numbers(at, byte, issue):
+    broken = bytearray(container.payloads(stream("environment_stage"), b"BACK")[0])
     broken[at] = byte
     with pytest.raises(container.Broken, match=f"FVV-{issue}"):
-        list(background.lines(bytes(broken)))
+        list(environment.lines(bytes(broken)))
 
 
 def test_fvvinfo_reports_the_background():
-    (track,) = (t for t in info("background_stage")["tracks"] if t["kind"] == "background")
+    (track,) = (t for t in info("environment_stage")["tracks"] if t["kind"] == "background")
     assert track["background"] == {"parts": 2, "vertices": 8, "triangles": 4, "pictures": 2, "lights": 3}

@@ -16,9 +16,9 @@ from __future__ import annotations
 from . import interop
 from ._core import Camera, Mesh, Picture, Sound, library_version
 from .audio import AudioInput
-from .background import Background, BackgroundPart, Light
 from .clip import Clip, ClipFrame, Readable, ReadAt, check
 from .comparison import Comparison, compare
+from .environment import Environment, EnvironmentPart, Light
 from .errors import DamagedError, Error, LimitError, LossWarning, UnsupportedError, UsageError
 from .frames import ByCamera, Frame, ReceivedFrame
 from .meshes import Decimated, decimate
@@ -32,8 +32,6 @@ __version__ = library_version
 
 __all__ = [
     "AudioInput",
-    "Background",
-    "BackgroundPart",
     "ByCamera",
     "Camera",
     "Check",
@@ -46,6 +44,8 @@ __all__ = [
     "Decimated",
     "Description",
     "End",
+    "Environment",
+    "EnvironmentPart",
     "Error",
     "Event",
     "Frame",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._core import Camera, Mesh, Picture, Sound
-from .background import Background
+from .environment import Environment
 from .errors import DamagedError, UsageError
 from .frames import ATLAS, ByCamera, Frame, Weights
 from .player import INLINE_LIMIT, Player, Server, inline_player, script_of
@@ -173,11 +173,11 @@ class ClipFrame(Frame):
         return drawn.pixels
 
     @property
-    def background(self) -> Background | None:
-        """The static environment around the action, of all background tracks of the rung; None: the stream has none. Meshes are
+    def environment(self) -> Environment | None:
+        """The static environment around the action, of all environment tracks of the rung; None: the stream has none. Meshes are
         decoded at each use: keep it."""
         found = self._stream.background(self.index)
-        return None if found is None else Background._of(found)
+        return None if found is None else Environment._of(found)
 
     def __repr__(self) -> str:
         return f"<fvv frame {self.number} of {self._clip.name}>"
@@ -410,7 +410,7 @@ def _parsed(text: str) -> Any:
 
 def check(source: Readable, *, decode: bool = True, limits: Limits | None = None) -> Check:
     """Reads all of a stream and returns everything that is wrong with it, as `fvvinfo --check` does. decode: decode meshes,
-    visibility and backgrounds and check video samples too, not only structure."""
+    visibility and environments and check video samples too, not only structure."""
     what, name = _source_of(source)
     found = _core.check(what, name, decode, _given(limits))
     problems = tuple(Problem(*problem) for problem in found.pop("problems"))

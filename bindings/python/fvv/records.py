@@ -32,7 +32,7 @@ class Limits:
     max_groups: int | None = None  #: Of a file: 4 Mi.
     max_group_chunks: int | None = None  #: Of a group: 1 Mi.
     max_text: int | None = None  #: Bytes of a name: 1 MiB.
-    max_background: int | None = None  #: Parts, pictures or lights of a background: 1024.
+    max_environment: int | None = None  #: Parts, pictures or lights of an environment: 1024.
     max_picture_memory: int | None = None  #: Bytes that decoding all video tracks may take: 4 GiB.
 
     def given(self) -> dict[str, int]:

@@ -125,7 +125,7 @@ def render(
     focal: pixels, of (eye, target); None: the width, which is 53 degrees across.
     sources, exclude: cameras to take texture from, and cameras to leave out.
     pictures: False: the mesh has the colours of its vertices, shaded. None: True where the stream has video.
-    environment: draw the stream's background too.
+    environment: draw the stream's environment too.
     background, unseen: colours behind all, and of what no camera shows; unseen None: as the stream has it.
     blend ("viewer" or "paper"), threshold (cosine), best (cameras), inset (metres): in place of the stream's.
     visible_by: "bits" of the stream, "depth" maps or "rays"; None: bits where the frame has them, else depth maps.

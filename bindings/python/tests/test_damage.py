@@ -121,7 +121,7 @@ def test_frames_keep_their_numbers(players, tmp_path):
 
 def test_a_group_whose_configuration_is_lost_has_that_of_a_repetition():
     # Found by test_damage_is_never_taken_for_good: the lattice step was 0.
-    good = CONTENTS["background_stage"]
+    good = CONTENTS["environment_stage"]
     scene = good.index(b"SCEN")
     with fvv.open(good) as clip, fvv.open(good[:scene] + good[scene + 1 :]) as damaged_clip:
         assert damaged_clip[0].mesh.step == clip[0].mesh.step > 0

@@ -166,9 +166,9 @@ def test_every_vector_is_whole(path):
             assert all(frame.intact for frame in clip)
 
 
-def listed_background(background):
-    """The lines of conformance/reference/background.py but for the first two."""
-    for part in background.parts:
+def listed_environment(environment):
+    """The lines of conformance/reference/environment.py but for the first two."""
+    for part in environment.parts:
         flags = part.unlit + 2 * part.double_sided + 4 * part.clamped
         colour = [round(65535 * c) for c in part.colour]
         yield f"part picture {'none' if part.picture is None else part.picture} colour {colour} flags {flags}"
@@ -177,7 +177,7 @@ def listed_background(background):
             place = "" if part.uvs is None else f" shows {part.uvs[i, 0]} {part.uvs[i, 1]}"
             yield f"vertex {p[0]} {p[1]} {p[2]}{place}"
         yield from (f"face {a} {b} {c}" for a, b, c in mesh.indices)
-    for light in background.lights:
+    for light in environment.lights:
         yield (
             f"light {light.kind} shadows {light.casts_shadows:d} position {list(light.position)} direction "
             f"{list(light.direction)} colour {list(light.colour)} intensity {light.intensity} range {light.range} "
@@ -185,22 +185,24 @@ def listed_background(background):
         )
 
 
-def test_background():
-    expected = listed("background_stage", ".txt")
+def test_environment():
+    expected = listed("environment_stage", ".txt")
     pictures = [line for line in expected if line.startswith("picture")]
-    with fvv.open(vector("background_stage")) as clip:
+    with fvv.open(vector("environment_stage")) as clip:
         # It is sent in the first group and holds for the second one.
-        backgrounds = [frame.background for frame in clip]
+        environments = [frame.environment for frame in clip]
         unread = clip[0]
-    for background in backgrounds:
-        assert list(listed_background(background)) == [line for line in expected[2:] if line not in pictures]
-        for line, file in zip(pictures, background.pictures):
+    for environment in environments:
+        assert list(listed_environment(environment)) == [
+            line for line in expected[2:] if line not in pictures
+        ]
+        for line, file in zip(pictures, environment.pictures):
             assert f"of {len(file)} bytes, CRC-32 {zlib.crc32(file):08x}" in line
-        assert len(background.pictures) == len(pictures) == 2
+        assert len(environment.pictures) == len(pictures) == 2
     with pytest.raises(fvv.UsageError, match="closed"):
-        unread.background  # noqa: B018
+        unread.environment  # noqa: B018
     with fvv.open(vector("delta_field")) as clip:
-        assert clip[0].background is None
+        assert clip[0].environment is None
     few = fvv.Limits(max_vertices=3)
-    with fvv.open(vector("background_stage"), limits=few) as clip, pytest.raises(fvv.LimitError):
-        clip[0].background  # noqa: B018
+    with fvv.open(vector("environment_stage"), limits=few) as clip, pytest.raises(fvv.LimitError):
+        clip[0].environment  # noqa: B018

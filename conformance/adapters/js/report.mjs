@@ -151,13 +151,13 @@ export async function report(createDecoder, sha256, bytes, live, options = {}) {
     backgrounds = decoder.backgrounds;
     decoder.close();
   }
-  const out = { issues: problems.issues(), frames, sounds: {}, background: {} };
+  const out = { issues: problems.issues(), frames, sounds: {}, environment: {} };
   out.status = problems.refused ? "refused" : problems.list.length ? "damaged" : "whole";
   if (!live) out.summary = { ended: problems.ended && out.status === "whole" };
   for (const [track, sound] of sounds) out.sounds[track] = await sound.report(sha256);
   for (const background of backgrounds)
-    out.background[background.track] = await hashesOf(backgroundArrays(background), sha256);
+    out.environment[background.track] = await hashesOf(backgroundArrays(background), sha256);
   return out;
 }
 
-export const parts = ["live", "mesh", "camera", "visibility", "colours", "texturing", "video", "sound", "background"];
+export const parts = ["live", "mesh", "camera", "visibility", "colours", "texturing", "video", "sound", "environment"];

@@ -42,7 +42,7 @@ json hello() {
       {"version", fvv_version()},
       {"format", format},
       {"parts",
-       {"check", "mesh", "camera", "visibility", "colours", "texturing", "video", "sound", "background"}}};
+       {"check", "mesh", "camera", "visibility", "colours", "texturing", "video", "sound", "environment"}}};
 }
 
 json answer(const json &request) {

@@ -170,7 +170,7 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
               {"issues", issues(created, seen)},
               {"frames", json::array()},
               {"sounds", json::object()},
-              {"background", json::object()},
+              {"environment", json::object()},
               {"summary", summary(created, seen)}};
   const fvv_input input = {read_at, const_cast<uint8_t *>(bytes.data()), bytes.size()};
   fvv_stream *opened = nullptr;
@@ -186,7 +186,7 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
     if (!arrays.is_null()) out["frames"].push_back(arrays);
   }
   out["sounds"] = sounds(opened, seen.sound);
-  out["background"] = backgrounds(opened);
+  out["environment"] = backgrounds(opened);
   return out;
 }
 

@@ -6,7 +6,7 @@ from reference import audio, openexr, tiny
 from ..case import CASES, valid
 
 LIBRARY = {
-    "background_stage": ("18", "Two parts, two pictures and a light of each type, once after the second frame of a group."),
+    "environment_stage": ("18", "Two parts, two pictures and a light of each type, once after the second frame of a group."),
     "calibration_moving": ("9.4 9.5", "Three lenses that rotate by 180 degrees, zoom tenfold, travel and lose their calibration."),
     "colours_sheet": ("19", "Colours of vertices with other steps and cells in each group, and a key mesh without."),
     "delta_field": ("8.7 8.8 8.9", "Six delta frames of 830 vertices in five levels, with twins, a seam and five loose triangles."),

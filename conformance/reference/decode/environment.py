@@ -48,7 +48,7 @@ class Light:
         self.numbers = numbers
 
 
-class Background:
+class Environment:
     """A BACK payload. Counts and sizes come first, then each part, picture and light."""
 
     def __init__(self, payload):

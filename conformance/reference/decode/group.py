@@ -9,7 +9,7 @@ from .. import calibration, texturing, visibility
 from ..container import FLAGS, Broken, crc32c, demand, uleb128, zigzag
 from . import configuration as kinds
 from . import meshes, sound, surface
-from .environment import Background
+from .environment import Environment
 from .lens import check_camera
 from .samples import check_sample
 
@@ -48,7 +48,7 @@ class Group:
         self.covered, self.rows, self.table, self.time = [chunk.covered], {}, bytearray(), self.start
         self.times, self.frame_times, self.whole_before = set(), set(), None
         self.keys, self.samples, self.own_tiles = set(), {}, {}
-        self.frames, self.sounds, self.backgrounds = {}, [], {}
+        self.frames, self.sounds, self.environments = {}, [], {}
         self.tracks, self.mesh_times, self.key_times = {}, {}, {}
         self.colours, self.surfaces, self.calibration_lost = {}, {}, False
         cameras = block.cameras.values() if block else ()
@@ -267,7 +267,7 @@ class Group:
 
     def _BACK(self, chunk, key, shown):
         demand(key, 8003, "no key flag")
-        self.backgrounds[chunk.track] = Background(chunk.payload)
+        self.environments[chunk.track] = Environment(chunk.payload)
 
     # Frames
 
