@@ -21,7 +21,7 @@ async function play(look) {
   const proxy = await shapedProxy(Number(new URL(server.url).port), LINK);
   const before = server.requests.length;
   const begin = performance.now();
-  const decoder = await createDecoder({ source: `http://127.0.0.1:${proxy.port}/range/clip`, video: "samples", look });
+  const decoder = await createDecoder({ source: `http://127.0.0.1:${proxy.port}/range/clip`, video: "encoded", look });
   let seconds = 0;
   let firstMs, cameras, tracks;
   for await (const frame of decoder) {

@@ -15,7 +15,7 @@ const TARGET = 12;
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, Math.max(0, ms)));
 
 /** Takes each frame when its time has come, up to until (seconds). Returns stalls, their seconds, the rung of each group and the switches. */
-async function play(quality, until = Infinity) {
+async function play(rung, until = Infinity) {
   const server = await serve({ clip: file });
   const proxy = await shapedProxy(Number(new URL(server.url).port), {
     bitsPerSecond: 1e6 * PATTERN[0],
@@ -25,7 +25,7 @@ async function play(quality, until = Infinity) {
   const began = performance.now();
   const decoder = await createDecoder({
     source,
-    quality,
+    rung,
     normals: false,
     visibility: false,
     limits: { cacheBytes: 0 },

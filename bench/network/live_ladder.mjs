@@ -13,7 +13,7 @@ const PATTERN = [16, 1, 16];
 const SECONDS = 60;
 
 /** delays: seconds that each frame came later than if it had come as fast as the fastest. */
-async function play(quality) {
+async function play(rung) {
   const served = await serveFolder({ clip: file });
   const proxy = await shapedProxy(Number(new URL(served.url).port), {
     bitsPerSecond: 1e6 * PATTERN[0],
@@ -21,12 +21,12 @@ async function play(quality) {
   });
   const decoder = await createDecoder({
     source: { url: `ws://127.0.0.1:${proxy.port}/live/clip`, WebSocket },
-    quality,
+    rung,
     normals: false,
     visibility: false,
   });
   let gaps = 0;
-  decoder.addEventListener("gap", () => gaps++);
+  decoder.addEventListener("warning", ({ detail }) => (gaps += detail.code === "gap"));
   const timers = PATTERN.map((rate, i) =>
     setTimeout(() => proxy.setRate(1e6 * rate), (1000 * SECONDS * i) / PATTERN.length),
   );
@@ -51,15 +51,15 @@ async function play(quality) {
 
 const rows = [];
 let rungs;
-for (const quality of ["auto", 0, 1, 2]) {
-  if (rungs && quality >= rungs.length) break;
-  const found = await play(quality);
+for (const rung of ["auto", 0, 1, 2]) {
+  if (rungs && rung >= rungs.length) break;
+  const found = await play(rung);
   rungs ??= found.rungs;
   const delays = found.frames.map(({ delay }) => delay).sort((a, b) => a - b);
   const third = (i) =>
     found.frames.filter(({ now }) => Math.floor((now / SECONDS) * PATTERN.length) === i).map(({ rung }) => rung);
   rows.push({
-    quality,
+    rung,
     frames: found.frames.length,
     gaps: found.gaps,
     wrong_frames: found.frames.filter(({ whole }) => !whole).length,

@@ -13,14 +13,15 @@ async function decode(source) {
   const found = { status: "whole", issues: [], frames: [] };
   const damage = () => (found.status = "damaged");
   try {
-    const decoder = await createDecoder({ source, video: "samples", quality: 0 });
-    for (const type of ["corrupt", "gap"]) decoder.addEventListener(type, damage);
+    const decoder = await createDecoder({ source, video: "encoded", rung: 0 });
     // "no-index" is a warning too, and live streams have none; "truncated" says that bytes are missing.
-    decoder.addEventListener("warning", ({ detail }) => detail.code === "truncated" && damage());
+    decoder.addEventListener("warning", ({ detail: { severity, code } }) => {
+      if (severity === "error" || ["gap", "truncated"].includes(code)) damage();
+    });
     for await (const frame of decoder) {
       const arrays = {};
-      for (const { track, lattice, indices, positions, uvs, normals } of frame.meshes)
-        for (const [name, array] of Object.entries({ lattice, faces: indices, positions, uvs, normals }))
+      for (const { track, lattice, faces, positions, uvs, normals } of frame.meshes)
+        for (const [name, array] of Object.entries({ lattice, faces, positions, uvs, normals }))
           if (array) arrays[`mesh/${track}/${name}`] = sha256(array);
       found.frames.push({ time: String(frame.time), arrays });
     }

@@ -152,7 +152,7 @@ function mutate(bytes, random) {
 /** Reads all that a frame has, so that lazy parts are decoded too. */
 function touch(frame) {
   for (const mesh of frame.meshes)
-    for (const name of ["lattice", "indices", "positions", "normals", "uvs", "colours"]) void mesh[name]?.length;
+    for (const name of ["lattice", "faces", "positions", "normals", "uvs", "colours"]) void mesh[name]?.length;
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) void visibility.weightsOf(camera).length;
   for (const camera of frame.cameras) if (camera.calibrated) void camera.project(0.25, 1, -0.5);
@@ -163,7 +163,7 @@ function touch(frame) {
 async function decode(source, { createDecoder, FvvError }) {
   try {
     const decoder = await createDecoder({ source });
-    for (const type of ["warning", "corrupt", "gap"]) decoder.addEventListener(type, () => {});
+    decoder.addEventListener("warning", () => {});
     for await (const frame of decoder) {
       touch(frame);
       frame.close();

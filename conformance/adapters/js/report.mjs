@@ -26,7 +26,7 @@ function* arraysOf(frame) {
   for (const mesh of frame.meshes) {
     const name = (what) => `mesh/${mesh.track}/${what}`;
     yield [name("lattice"), mesh.lattice];
-    yield [name("faces"), mesh.indices];
+    yield [name("faces"), mesh.faces];
     yield [name("positions"), mesh.positions];
     // Computed ones where none were sent; the runner leaves those out.
     if (mesh.normals) yield [name("normals"), mesh.normals];
@@ -51,7 +51,7 @@ function* arraysOf(frame) {
 function* backgroundArrays({ parts, pictures, lights }) {
   for (const [i, part] of parts.entries()) {
     yield [`part/${i}/positions`, part.positions];
-    yield [`part/${i}/faces`, part.indices];
+    yield [`part/${i}/faces`, part.faces];
     if (part.uvs) yield [`part/${i}/uvs`, part.uvs];
   }
   for (const [i, { data }] of pictures.entries()) yield [`picture/${i}`, data];
@@ -129,9 +129,8 @@ export async function report(createDecoder, sha256, bytes, live, options = {}) {
   let backgrounds = [];
   try {
     const source = live ? pieces(bytes) : bytes;
-    decoder = await createDecoder({ source, video: "samples", audio: "packets", quality: 0, ...options });
-    for (const type of ["corrupt", "warning"]) decoder.addEventListener(type, ({ detail }) => problems.take(detail));
-    decoder.addEventListener("gap", ({ detail }) => problems.take(detail.error));
+    decoder = await createDecoder({ source, video: "encoded", sound: "encoded", rung: 0, ...options });
+    decoder.addEventListener("warning", ({ detail }) => problems.take(detail.code === "gap" ? detail.cause : detail));
     decoder.addEventListener("sound", ({ detail }) => {
       if (!sounds.has(detail.track)) sounds.set(detail.track, new Sound());
       sounds.get(detail.track).add(detail);
@@ -148,7 +147,7 @@ export async function report(createDecoder, sha256, bytes, live, options = {}) {
   if (decoder) {
     // Sound that was read is dispatched after the last frame.
     await new Promise((resolve) => setTimeout(resolve, 0));
-    backgrounds = decoder.backgrounds;
+    backgrounds = decoder.environments;
     decoder.close();
   }
   const out = { issues: problems.issues(), frames, sounds: {}, environment: {} };

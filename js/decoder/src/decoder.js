@@ -6,7 +6,7 @@ import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
 import { rungsOf } from "./ladder.js";
 import { Frame } from "./frame.js";
-import { compileBackground, compileCodec, compileCore, compileProjection } from "./modules.js";
+import { compileEnvironment, compileCodec, compileCore, compileProjection } from "./modules.js";
 import { connect } from "./worker_rpc.js";
 import { SoundDecoders } from "./sound.js";
 import { createProjection } from "./wasm.js";
@@ -52,9 +52,9 @@ function startWorker(given) {
   });
 }
 
-function checkedQuality(quality) {
-  if (quality === "auto" || (Number.isInteger(quality) && quality >= 0)) return quality;
-  const message = `quality: expected "auto" or the number of a rung, found ${quality}`;
+function checkedRung(rung) {
+  if (rung === "auto" || (Number.isInteger(rung) && rung >= 0)) return rung;
+  const message = `rung: expected "auto" or the number of a rung, found ${rung}`;
   throw new FvvError({ code: "argument", fatal: false, message });
 }
 
@@ -113,24 +113,24 @@ export class Decoder extends EventTarget {
     this.#projector = new Projector(await createProjection(await compileProjection()));
     this.configuration = null;
     this.#configured.promise = new Promise((fulfil) => (this.#configured.fulfil = fulfil));
-    this.backgrounds = [];
+    this.environments = [];
     this.writable = feed?.writable ?? null;
     const pull = () => feed?.pull() ?? null;
     if (feed) this.#atClose(() => feed.cancel());
     const fallback = options.videoFallback && (() => loadFallback(options.videoFallback));
-    const served = { pull, codec: compileCodec, background: compileBackground, fallback };
+    const served = { pull, codec: compileCodec, environment: compileEnvironment, fallback };
     await this.#connect(options.worker, served);
     if (this.#closed) throw closedError();
-    const { limits, normals, visibility, video, audio, queue, tracks, look, quality } = options;
-    const decoded = { normals, visibility, video, audio: audio !== false };
-    const wanted = { limits, ...decoded, queue, tracks, quality };
-    this.quality = checkedQuality(quality);
+    const { limits, normals, visibility, video, sound, queue, tracks, look, rung } = options;
+    const decoded = { normals, visibility, video, sound: sound !== false };
+    const wanted = { limits, ...decoded, queue, tracks, rung };
+    this.rung = checkedRung(rung);
     const modes = { hasFallback: Boolean(fallback), waitsForSelection: look !== null };
     const opening = this.#call("open", { source, module, ...wanted, ...modes });
     const opened = await unlessAborted(opening, this.#closing.signal);
     this.#givenRungs = opened.rungs;
     Object.assign(this, opened, { rungs: opened.rungs ?? [] });
-    if (audio !== false) this.#listen(audio === "packets", options.audioFallback);
+    if (sound !== false) this.#listen(sound === "encoded", options.soundFallback);
     if (look) await this.#lookAtOnce(look, tracks);
   }
 
@@ -225,9 +225,9 @@ export class Decoder extends EventTarget {
   }
 
   /** "auto", or the number of a rung, 0 for the best; from the next group on at the latest. */
-  async setQuality(quality) {
-    this.quality = checkedQuality(quality);
-    await this.#call("setQuality", { quality });
+  async setRung(rung) {
+    this.rung = checkedRung(rung);
+    await this.#call("setRung", { rung });
   }
   /** Pixels on the screen for a pixel of the cameras' pictures: "auto" takes no rung with more. null: not known. */
   async setShownScale(scale) {
@@ -249,9 +249,9 @@ export class Decoder extends EventTarget {
   }
 
   /** Another environment of the current configuration; null: the configuration has changed. */
-  #addBackground(background) {
-    this.backgrounds = background ? [...this.backgrounds, background] : [];
-    this.dispatchEvent(new FvvEvent("background", this.backgrounds));
+  #addEnvironment(environment) {
+    this.environments = environment ? [...this.environments, environment] : [];
+    this.dispatchEvent(new FvvEvent("environment", this.environments));
   }
 
   #makeFrame(raw) {
@@ -279,7 +279,7 @@ export class Decoder extends EventTarget {
         if (!this.#closed) throw error;
       });
       if (this.#closed) {
-        item?.frame?.pictures.forEach(({ image }) => image.close?.());
+        item?.frame?.pictures.forEach(({ picture }) => picture.close?.());
         break;
       }
       const { type } = item;
@@ -289,7 +289,7 @@ export class Decoder extends EventTarget {
       const detail = this.#revive(item.detail);
       if (type === "configuration") this.#configure(detail);
       else if (type === "opened") this.#update(detail);
-      else if (type === "background") this.#addBackground(detail);
+      else if (type === "environment") this.#addEnvironment(detail);
       else if (type === "end") this.#ended = true;
       else if (type === "rung") this.#changeRung(detail);
       else if (type === "rungs") this.#givenRungs = detail;
@@ -312,7 +312,6 @@ export class Decoder extends EventTarget {
 
   #revive(detail) {
     if (!this.#worker || !detail) return detail;
-    if (detail.error) return { ...detail, error: FvvError.fromPlain(detail.error) };
     return detail.severity ? FvvError.fromPlain(detail) : detail;
   }
 

@@ -18,13 +18,13 @@ const SOUND_AHEAD = 0.5;
 export class Engine {
   #pull;
   #codec;
-  #background;
+  #environment;
   #fallback;
   #description; // of the source
   #limit; // of frames in the queue
   #settings;
   #tracks = null;
-  #quality;
+  #rung;
   #waitsForSelection = false;
   #pictures;
   #source;
@@ -52,21 +52,21 @@ export class Engine {
     return this.#closing.signal.aborted;
   }
 
-  /** pull(): the next bytes of a stream, or null. codec(name), background(), fallback(): return compiled modules. */
-  constructor({ pull, codec, background, fallback }) {
+  /** pull(): the next bytes of a stream, or null. codec(name), environment(), fallback(): return compiled modules. */
+  constructor({ pull, codec, environment, fallback }) {
     this.#pull = pull;
     this.#codec = codec;
-    this.#background = background;
+    this.#environment = environment;
     this.#fallback = fallback;
   }
 
   /** tracks: as of select. waitsForSelection: nothing is played before the first call of select. */
   async open(options) {
-    const { source, module, limits, video, hasFallback, queue, tracks = null, quality = "auto", ...more } = options;
-    const { waitsForSelection = false, audio = false, ...want } = more;
-    this.#wantsSound = audio;
+    const { source, module, limits, video, hasFallback, queue, tracks = null, rung = "auto", ...more } = options;
+    const { waitsForSelection = false, sound = false, ...want } = more;
+    this.#wantsSound = sound;
     this.#limit = Math.max(1, queue);
-    this.#quality = quality;
+    this.#rung = rung;
     this.#description = source;
     this.#tracks = tracks;
     this.#waitsForSelection = waitsForSelection;
@@ -86,16 +86,16 @@ export class Engine {
     this.#source?.close();
     const cache = (this.#cache = new Cache(() => this.#cacheRoom));
     const { signal } = this.#closing;
-    const source = await openSource(this.#description, { pull: this.#pull, warn, cache, rung: this.#quality, signal });
+    const source = await openSource(this.#description, { pull: this.#pull, warn, cache, rung: this.#rung, signal });
     this.#source = source;
     if (this.#closed) source.close();
     const opening = Playback.open(source, {
       ...this.#settings,
       codec: this.#codec,
       selection: this.#tracks,
-      quality: this.#quality,
+      rung: this.#rung,
       frugal: this.#waitsForSelection,
-      background: this.#background,
+      environment: this.#environment,
       emit: (type, detail) => this.#emit(type, detail),
     });
     this.#playback = await opening.catch((error) => {
@@ -186,11 +186,11 @@ export class Engine {
 
   async #play(place) {
     const generation = ++this.#generation;
-    this.#read = this.#read.filter((item) => item.type === "warning" || item.type === "background");
+    this.#read = this.#read.filter(outlivesSeek);
     this.#sounds = this.#sounds.filter(({ configured }) => configured);
     for (const sounds of this.#sounds) Object.assign(sounds, { generation, chunks: [] });
     this.#queue.forEach((item) => item.type === "frame" && discard(item));
-    this.#queue = this.#queue.filter((item) => item.type === "warning" || item.type === "background");
+    this.#queue = this.#queue.filter(outlivesSeek);
     this.#room?.();
     this.#abort?.abort();
     this.#abort = new AbortController();
@@ -247,7 +247,7 @@ export class Engine {
     if (current()) this.#queue.push({ type: "end" });
   }
 
-  /** The next frame or event: {type: "frame", frame}, {type: "gap", detail}, {type: "end"}, ... */
+  /** The next frame or event: {type: "frame", frame}, {type: "warning", detail}, {type: "end"}, ... */
   async next() {
     for (;;) {
       const generation = this.#generation;
@@ -300,9 +300,9 @@ export class Engine {
   }
 
   /** "auto", or a rung. */
-  setQuality({ quality }) {
-    this.#quality = quality;
-    this.#playback.setQuality(quality);
+  setRung({ rung }) {
+    this.#rung = rung;
+    this.#playback.setRung(rung);
   }
   setShownScale({ scale }) {
     this.#playback.setShownScale(scale);
@@ -340,8 +340,12 @@ export class Engine {
   }
 }
 
+/** Damage and gaps of frames that are not played any more are not reported. */
+function outlivesSeek({ type, detail }) {
+  return type === "environment" || (type === "warning" && detail.severity === "warning" && detail.code !== "gap");
+}
 function closeAll(pictures) {
-  for (const { image } of pictures) image.close();
+  for (const { picture } of pictures) picture.close();
 }
 function discard(item) {
   item.pictures?.then(closeAll, () => {});

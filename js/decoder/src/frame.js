@@ -32,7 +32,7 @@ export class Frame {
     this.tracks = raw.tracks;
     this.rung = raw.rung;
     this.#layouts = raw.layouts;
-    this.pictures = raw.pictures.map(({ track, image }) => ({ track, image: revivePicture(image) }));
+    this.pictures = raw.pictures.map(({ track, picture }) => ({ track, picture: revivePicture(picture) }));
     this.decodeMs = raw.decodeMs;
   }
   /** The mesh of the first mesh track; null if the frame has none. */
@@ -45,8 +45,8 @@ export class Frame {
   }
   /** The picture of a video track, by default the first: VideoFrame, ImageBitmap or PlanarPicture. */
   picture(track) {
-    const found = this.pictures.find((picture) => track === undefined || picture.track === track);
-    return found?.image ?? null;
+    const found = this.pictures.find((one) => track === undefined || one.track === track);
+    return found?.picture ?? null;
   }
   /** Where each camera's picture is in the video of a track: the group's layout, else the configuration's. */
   tiles(track) {
@@ -61,7 +61,7 @@ export class Frame {
   close() {
     if (this.#closed) return;
     this.#closed = true;
-    for (const { image } of this.pictures) image.close();
+    for (const { picture } of this.pictures) picture.close();
     this.pictures = [];
   }
 }

@@ -53,16 +53,16 @@ export interface Options {
   normals?: boolean;
   /** Visibility weights of vertices (clause 17.4). Default true. */
   visibility?: boolean;
-  /** "pictures", or "samples": encoded only. Default: pictures with WebCodecs or videoFallback. */
-  video?: "pictures" | "samples";
+  /** "decoded": frames have pictures; "encoded": samples only. Default: decoded with WebCodecs or videoFallback. */
+  video?: "decoded" | "encoded";
   /** Decoders for video that WebCodecs cannot decode, or for environments without it: () => import("@fvv/video-fallback").
    * Called in this thread, and only when a track needs it. Default: a warning, and frames without pictures. */
   videoFallback?: () => Promise<VideoFallback | WebAssembly.Module>;
-  /** "samples": sound is decoded and arrives with the event "sound"; "packets": encoded. Default false: no sound is read. */
-  audio?: false | "samples" | "packets";
+  /** Sound arrives with the event "sound": "decoded" as SoundBlock, "encoded" as SoundPackets. Default false: no sound is read. */
+  sound?: false | "decoded" | "encoded";
   /** A decoder of Opus for environments whose WebCodecs has none: () => import("opus-decoder"). Called in this thread, and
    * only when a track needs it. Default: a warning, and silence. */
-  audioFallback?: () => Promise<AudioFallback>;
+  soundFallback?: () => Promise<SoundFallback>;
   /** Number of frames that are decoded ahead. Default 4. */
   queue?: number;
   /** Tracks of video, as select takes them, from the first frame on. Default all. */
@@ -70,11 +70,11 @@ export interface Options {
   /** Selects tracks for a viewpoint, as look does, from the first frame on. */
   look?: Viewpoint;
   /** Which rung of a ladder is played: "auto" (the default), or its number, 0 for the best. */
-  quality?: Quality;
+  rung?: RungChoice;
 }
 
 /** "auto" chooses by throughput and buffer from a URL or segments; from memory and files it takes the best rung. */
-export type Quality = "auto" | number;
+export type RungChoice = "auto" | number;
 
 /** A choice among the alternatives of a stream (clause 5.2). */
 export interface Rung {
@@ -92,7 +92,7 @@ export interface Rung {
 /** The rung that is played from here on. */
 export interface RungChange extends Rung {
   /** "start": nothing is known of the network; "throughput", "buffer", "delay" (of a live stream): the rule that chose; "late": what
-   * was chosen would have come too late; "chosen": by setQuality. */
+   * was chosen would have come too late; "chosen": by setRung. */
   reason: "start" | "throughput" | "buffer" | "delay" | "late" | "chosen";
   /** Bits per second; null: not measured. */
   throughput: number | null;
@@ -118,7 +118,7 @@ export interface Viewpoint {
 export function camerasFor(cameras: Camera[], viewpoint: Viewpoint): { camera: number; share: number }[];
 
 /** The part of npm's opus-decoder that is used. */
-export interface AudioFallback {
+export interface SoundFallback {
   OpusDecoder: new (options: object) => {
     ready: Promise<void>;
     decodeFrames(packets: Uint8Array[]): { channelData: Float32Array[]; errors: { message: string }[] };
@@ -142,6 +142,7 @@ export type Code =
   | "unsupported"
   | "limit"
   | "bug"
+  | "gap"
   | "changed"
   | "reconnect"
   | "skipped"
@@ -154,13 +155,19 @@ export class FvvError extends Error {
   readonly code: Code;
   /** n of FVV-n in spec/issues.md; 0: no rule of the format is violated. */
   readonly issue: number;
+  /** Of "error" something is damaged or violates the format; of "warning" something is restricted or was left out. */
+  readonly severity: "error" | "warning";
+  /** No further frames follow. */
+  readonly fatal: boolean;
   /** Type of the chunk; "": none. */
   readonly chunk: string;
   /** Bytes from the beginning of the stream. */
   readonly offset: number | null;
-  readonly severity: "error" | "warning";
-  /** No further frames follow. */
-  readonly fatal: boolean;
+  /** Number of the frame at which damage was found; null: not known. */
+  readonly frame: number | null;
+  /** Of code "gap": time of the last good frame, and beginning of the next group, in ticks; null: none. Its cause is an FvvError. */
+  readonly from: bigint | null;
+  readonly to: bigint | null;
 }
 
 export class FvvEvent<T> extends Event {
@@ -278,7 +285,7 @@ export interface SoundTrack {
   language: string;
 }
 
-/** Decoded sound, with audio: "samples". Blocks of a track follow each other; where one does not, there is silence between. */
+/** Decoded sound, with sound: "decoded". Blocks of a track follow each other; where one does not, there is silence between. */
 export interface SoundBlock {
   track: number;
   /** Number of its first sample, from the scene's time 0 on. */
@@ -291,7 +298,7 @@ export interface SoundBlock {
   position: [number, number, number] | null;
 }
 
-/** Encoded sound, with audio: "packets": the chunks of the stream (clause 20.2). */
+/** Encoded sound, with sound: "encoded": the chunks of the stream (clause 20.2). */
 export interface SoundPackets {
   track: number;
   /** Number of the sample at which the output of the first packet begins. */
@@ -336,7 +343,7 @@ export interface Mesh {
   /** x y z in metres. */
   positions: Float32Array;
   /** Three per face, counter-clockwise seen from outside. */
-  indices: Uint32Array;
+  faces: Uint32Array;
   normals: Float32Array | null;
   /** u v, (0, 0) is the top left corner of the atlas. */
   uvs: Float32Array | null;
@@ -424,7 +431,7 @@ export interface Frame {
   readonly tracks: number[] | null;
   /** The rung that the frame is of; null: the stream has no ladder. */
   readonly rung: number | null;
-  readonly pictures: { track: number; image: Picture }[];
+  readonly pictures: { track: number; picture: Picture }[];
   /** Time for decoding meshes, visibility and calibration. */
   readonly decodeMs: number;
   camera(id: number): Camera | null;
@@ -436,12 +443,12 @@ export interface Frame {
 }
 
 /** A mesh of the environment, in one colour or textured with one picture. */
-export interface BackgroundPart {
+export interface EnvironmentPart {
   vertexCount: number;
   faceCount: number;
   /** Metres. */
   positions: Float32Array;
-  indices: Uint32Array;
+  faces: Uint32Array;
   /** u v in the picture, (0, 0) is its top left corner; beyond 0 to 1 the picture is repeated, or clamped. */
   uvs: Float32Array | null;
   /** Index in pictures. */
@@ -470,19 +477,12 @@ export interface Light {
   castsShadows: boolean;
 }
 
-export interface Background {
+export interface Environment {
   track: number;
-  parts: BackgroundPart[];
+  parts: EnvironmentPart[];
   /** Whole files, sRGB. */
   pictures: { type: "image/jpeg" | "image/png"; width: number; height: number; data: Uint8Array }[];
   lights: Light[];
-}
-
-export interface Gap {
-  /** Time of the last good frame, and beginning of the next group; null: none. */
-  from: bigint | null;
-  to: bigint | null;
-  error: FvvError;
 }
 
 export interface Stats {
@@ -506,10 +506,10 @@ export interface Stats {
 export interface DecoderEvents {
   configuration: Configuration;
   /** All environments that are valid from here on; none after a change of configuration. */
-  background: Background[];
-  gap: Gap;
-  corrupt: FvvError;
+  environment: Environment[];
+  /** Playback continues: fatal is false. Missing frames have the code "gap". */
   warning: FvvError;
+  /** Playback has ended: fatal is true. */
   error: FvvError;
   end: null;
   /** Sound as soon as it is read, half a second ahead of the frames; a configuration before it. */
@@ -549,7 +549,7 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   /** null until the first frame. */
   readonly configuration: Configuration | null;
   /** Environments that have arrived; frames don't wait for them. */
-  readonly backgrounds: Background[];
+  readonly environments: Environment[];
   /** For a host without Range support: true as long as all received bytes are kept. */
   readonly seekable: boolean;
   /** null: not known (yet). */
@@ -568,9 +568,10 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   select(wanted: { tracks: number[] | null }): Promise<void>;
   /** Rungs of the current configuration, best first; one entry without a ladder. */
   readonly rungs: Rung[];
-  readonly quality: Quality;
+  /** As it was chosen; frame.rung has the one that is played. */
+  readonly rung: RungChoice;
   /** From the next group on at the latest. Groups that were read ahead are read again. */
-  setQuality(quality: Quality): Promise<void>;
+  setRung(rung: RungChoice): Promise<void>;
   /** Pixels on the screen for a pixel of the cameras' pictures: "auto" takes no rung that is finer than it needs to be. null: not
    * known. */
   setShownScale(scale: number | null): Promise<void>;

@@ -74,18 +74,50 @@ function describe(source) {
   throw new FvvError({ code: "argument", message: "source: expected a URL, a Blob, bytes, or a stream of bytes" });
 }
 
-export async function createDecoder(options = {}) {
+/** Options and values of 0.1 by those of today. They remain for one version. */
+const RENAMED = { quality: "rung", audio: "sound", audioFallback: "soundFallback" };
+const RENAMED_VALUES = {
+  video: { pictures: "decoded", samples: "encoded" },
+  sound: { samples: "decoded", packets: "encoded" },
+};
+
+function renamed(options) {
+  const given = { ...options };
+  const warn = (former, now) => console.warn(`@fvv/decoder: the option ${former} is now ${now}`);
+  for (const [former, now] of Object.entries(RENAMED))
+    if (given[former] !== undefined) {
+      warn(former, now);
+      given[now] ??= given[former];
+      delete given[former];
+    }
+  for (const [option, values] of Object.entries(RENAMED_VALUES)) {
+    const now = values[given[option]] ?? null;
+    if (now === null) continue;
+    warn(`${option}: "${given[option]}"`, `"${now}"`);
+    given[option] = now;
+  }
+  return given;
+}
+
+function checkMode(name, mode, expected) {
+  if (expected.includes(mode)) return;
+  const message = `${name}: expected ${expected.map((one) => JSON.stringify(one)).join(" or ")}, found ${mode}`;
+  throw new FvvError({ code: "argument", message });
+}
+
+export async function createDecoder(given = {}) {
+  const options = renamed(given);
   const { worker, limits = {}, normals = true, visibility = true, queue = 4, signal } = options;
-  const { tracks = null, look = null, quality = "auto", videoFallback, audioFallback } = options;
-  for (const [name, fallback] of Object.entries({ videoFallback, audioFallback }))
+  const { tracks = null, look = null, rung = "auto", videoFallback, soundFallback } = options;
+  for (const [name, fallback] of Object.entries({ videoFallback, soundFallback }))
     if (fallback !== undefined && typeof fallback !== "function")
       throw new FvvError({ code: "argument", message: `${name}: expected a function that imports the package` });
   if (limits.cacheBytes !== undefined && !(limits.cacheBytes >= 0))
     throw new FvvError({ code: "argument", message: "limits.cacheBytes: expected a number of bytes; 0 keeps nothing" });
-  const audio = options.audio ?? false;
-  if (![false, "samples", "packets"].includes(audio))
-    throw new FvvError({ code: "argument", message: 'audio: expected false, "samples" or "packets"' });
-  const video = options.video ?? (typeof VideoDecoder === "function" || videoFallback ? "pictures" : "samples");
+  const sound = options.sound ?? false;
+  const video = options.video ?? (typeof VideoDecoder === "function" || videoFallback ? "decoded" : "encoded");
+  checkMode("sound", sound, [false, "decoded", "encoded"]);
+  checkMode("video", video, ["decoded", "encoded"]);
   return Decoder.create({
     worker,
     ...describe(options.source),
@@ -93,13 +125,13 @@ export async function createDecoder(options = {}) {
     normals,
     visibility,
     video,
-    audio,
+    sound,
     videoFallback,
-    audioFallback,
+    soundFallback,
     queue,
     tracks,
     look,
-    quality,
+    rung,
     signal,
   });
 }

@@ -169,7 +169,7 @@ class Pictures {
   }
   #corrupt(error, { track, codecString }) {
     const message = `video track ${track} (${codecString}): ${error.message}`;
-    this.#emit("corrupt", new FvvError({ code: "invalid", chunk: "VPKT", fatal: false, message, cause: error }));
+    this.#emit("warning", new FvvError({ code: "invalid", chunk: "VPKT", fatal: false, message, cause: error }));
   }
   configure({ videos, timeBase }) {
     this.#timeBase = timeBase;
@@ -202,7 +202,7 @@ class Pictures {
     this.#rung = rung;
     for (const [id, track] of this.#tracks) if (!tracks?.includes(id)) track.flush().catch(() => {});
   }
-  /** The pictures of a frame, [{track, image}], without those that could not be decoded. */
+  /** The pictures of a frame, [{track, picture}], without those that could not be decoded. */
   async submit(frame) {
     if (frame.rung !== this.#rung) this.#finishOthers(frame);
     const { numerator, denominator } = this.#timeBase;
@@ -213,8 +213,8 @@ class Pictures {
       const track = this.#tracks.get(sample.track);
       if (!track) return null;
       try {
-        const image = await track.submit(sample, timestamp);
-        return image && { track: sample.track, image };
+        const picture = await track.submit(sample, timestamp);
+        return picture && { track: sample.track, picture };
       } catch (error) {
         this.#fail("video", error, { track: sample.track, codec: "" });
         return null;
@@ -239,7 +239,7 @@ const none = {
   close() {},
 };
 
-/** video: "pictures" or "samples". */
+/** video: "decoded" or "encoded". */
 export function createPictures(video, options) {
-  return video === "pictures" ? new Pictures(options) : none;
+  return video === "decoded" ? new Pictures(options) : none;
 }

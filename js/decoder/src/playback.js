@@ -1,7 +1,7 @@
 // From a source to frames in order: seeks through the index, drops damaged frames and reports them.
 
 import { GroupPrefetcher, RangeFetcher } from "./sources/group_prefetcher.js";
-import { Environments } from "./background.js";
+import { Environments } from "./environment.js";
 import { unlessAborted } from "./abort.js";
 import { FvvError } from "./errors.js";
 import { BufferedTimes, GroupIndex } from "./group_index.js";
@@ -20,7 +20,7 @@ export class Playback {
   #buffered;
   #session;
   #environments;
-  #quality; // "auto", or a rung
+  #wantedRung; // "auto", or a rung
   #shownScale = null; // pixels on the screen for a pixel of the cameras' pictures; null: not known
   #chooser = new Chooser();
   #rungs = []; // of the configuration that is played
@@ -33,10 +33,10 @@ export class Playback {
 
   /**
    * emit(type, detail): events of the stream. want: {normals, visibility}. selection:
-   * tracks of video, as for select. quality: as for setQuality. frugal: a selection will be made before the first frame.
+   * tracks of video, as for select. rung: as for setRung. frugal: a selection will be made before the first frame.
    */
-  static async open(source, { module, codec, background, limits, emit, want, selection, quality, frugal }) {
-    const playback = new Playback(source, { emit, want, selection, quality });
+  static async open(source, { module, codec, environment, limits, emit, want, selection, rung, frugal }) {
+    const playback = new Playback(source, { emit, want, selection, rung });
     const index = playback.#index;
     if (source instanceof RangeSource) source.frugal = frugal || selection !== null;
     playback.#session = await Session.create({
@@ -46,7 +46,7 @@ export class Playback {
       read: (offset, out) => index.readInto(offset, out),
     });
     index.session = playback.#session;
-    playback.#environments = new Environments({ module: background, session: playback.#session, emit });
+    playback.#environments = new Environments({ module: environment, session: playback.#session, emit });
     const problem = await index.open();
     if (problem) playback.#warn("no-index", problem);
     await playback.#findLadder();
@@ -59,12 +59,12 @@ export class Playback {
     return playback;
   }
 
-  constructor(source, { emit, want, selection, quality = "auto" }) {
+  constructor(source, { emit, want, selection, rung = "auto" }) {
     this.#source = source;
     this.#emit = emit;
     this.#want = want;
     this.#selection = selection;
-    this.#quality = quality;
+    this.#wantedRung = rung;
     this.#ranges = new ByteRanges(source);
     const available = function* () {
       yield* this.#ranges;
@@ -96,30 +96,30 @@ export class Playback {
   }
 
   /** Environments that came with a frame, or before the start of playback. Frames don't wait for them. */
-  async #takeBackgrounds(state) {
+  async #takeEnvironments(state) {
     const session = this.#session;
-    const found = state.backgrounds.splice(0);
+    const found = state.environments.splice(0);
     if (state.lateGroup !== null) {
       const { tracks } = session.configuration();
-      for (const { id } of tracks.filter(({ kind }) => kind === "background"))
-        if (!found.some(({ track }) => track === id)) found.push(await this.#findBackground(state, id));
+      for (const { id } of tracks.filter(({ kind }) => kind === "environment"))
+        if (!found.some(({ track }) => track === id)) found.push(await this.#findEnvironment(state, id));
       state.lateGroup = null;
     }
     if (found.length) await unlessAborted(this.#environments.take(found), state.signal);
   }
 
-  async #findBackground({ lateGroup, signal }, track) {
+  async #findEnvironment({ lateGroup, signal }, track) {
     if (this.#environments.tracks.has(track)) return null;
-    if (this.#source instanceof SectionSource) return this.#loadBackground(track, signal);
-    return this.#index.find(() => this.#session.findBackground(lateGroup, track), signal);
+    if (this.#source instanceof SectionSource) return this.#loadEnvironment(track, signal);
+    return this.#index.find(() => this.#session.findEnvironment(lateGroup, track), signal);
   }
 
   /** From a source that stores environments separately. */
-  async #loadBackground(track, signal) {
+  async #loadEnvironment(track, signal) {
     try {
       return await this.#source.environment(track, signal);
     } catch (error) {
-      this.#emit("corrupt", Object.assign(FvvError.from(error), { fatal: false }));
+      this.#emit("warning", Object.assign(FvvError.from(error), { fatal: false }));
       return null;
     }
   }
@@ -135,9 +135,9 @@ export class Playback {
   }
 
   /** "auto" or a rung, from the next group on. */
-  setQuality(quality) {
-    if (quality === this.#quality) return;
-    this.#quality = quality;
+  setRung(rung) {
+    if (rung === this.#wantedRung) return;
+    this.#wantedRung = rung;
     this.#prefetcher?.renew();
     if (this.#source instanceof SectionSource) this.#source.renew();
   }
@@ -200,7 +200,7 @@ export class Playback {
   }
   /** What GroupPrefetcher asks about rungs. seconds(ticks). */
   #choices(seconds) {
-    const wish = () => (this.#quality === "auto" ? null : this.#quality);
+    const wish = () => (this.#wantedRung === "auto" ? null : this.#wantedRung);
     return { chooser: this.#chooser, wish, best: () => this.#bestShown(), seconds };
   }
   /** Of all rungs: those of the manifest, if each comes in files of its own. */
@@ -220,9 +220,9 @@ export class Playback {
   get #localRung() {
     return this.#rungs.length < 2
       ? null
-      : this.#quality === "auto"
+      : this.#wantedRung === "auto"
         ? 0
-        : Math.min(this.#quality, this.#rungs.length - 1);
+        : Math.min(this.#wantedRung, this.#rungs.length - 1);
   }
 
   /** The configuration of the first group, before anything is played; null: not known yet. */
@@ -252,7 +252,7 @@ export class Playback {
       candidate: null, // of a seek by time: the last frame that is not later than until
       gap: null,
       group: null,
-      backgrounds: [],
+      environments: [],
       lateGroup: first > 0 ? first : null,
       known: null, // the configuration that was emitted
       tracks: null, // tracks of video in this group; null: all
@@ -438,7 +438,7 @@ export class Playback {
   /** Takes an object that a source in sections yields between bytes (see sources/open.js). */
   async *#takeReport(state, { header, damage, lost, restart }) {
     yield* this.#endSection(state);
-    if (damage) this.#emit("corrupt", damage);
+    if (damage) this.#emit("warning", damage);
     if (lost) state.gap ??= { from: lost.from ?? state.lastTime ?? null, error: lost.error };
     if (restart) this.#emit("restart", null);
     if (!header) return;
@@ -458,7 +458,7 @@ export class Playback {
 
   #closeGap(state, end) {
     if (!state.gap) return;
-    this.#emit("gap", { from: state.gap.from, to: end, error: state.gap.error });
+    this.#emit("warning", FvvError.gap(state.gap.error, { from: state.gap.from, to: end }));
     state.gap = null;
   }
 
@@ -476,21 +476,22 @@ export class Playback {
         this.#emit("configuration", session.configuration());
         state.fromIndex = false;
       }
-      if (kind === "damage" && !state.quiet) this.#corrupt(state, session.damage());
+      if (kind === "damage" && !state.quiet) this.#reportDamage(state, session.damage());
       if (kind === "group" && ((await this.#recalls(state)) || !this.#beginGroup(state, session.about()))) return;
       if (kind === "between") {
         this.#between(state);
-        await this.#takeBackgrounds(state);
+        await this.#takeEnvironments(state);
       }
       if (kind === "frame") {
         yield* this.#frame(state);
-        await this.#takeBackgrounds(state);
+        await this.#takeEnvironments(state);
       }
     }
   }
 
-  #corrupt(state, error) {
-    this.#emit("corrupt", error);
+  #reportDamage(state, error) {
+    error.frame = state.number;
+    this.#emit("warning", error);
     // The damage may have happened in transit: the bytes are fetched again when they are needed again.
     for (const offset of [error.offset, this.#index.groups?.[state.index]?.offset])
       if (Number.isInteger(offset)) this.#source.forget(offset);
@@ -564,11 +565,11 @@ export class Playback {
       this.#take(state, this.#session.decode(null));
     } catch (error) {
       if (!(error instanceof FvvError) || error.fatal) throw error;
-      this.#corrupt(state, error);
+      this.#reportDamage(state, error);
     }
   }
-  #take(state, { backgrounds, sounds, ...frame }) {
-    state.backgrounds.push(...backgrounds);
+  #take(state, { backgrounds: environments, sounds, ...frame }) {
+    state.environments.push(...environments);
     if (sounds.length) this.#emit("sounds", sounds);
     return frame;
   }
@@ -583,7 +584,7 @@ export class Playback {
       frame = session.decode(skipped ? null : this.#want);
     } catch (error) {
       if (!(error instanceof FvvError) || error.fatal) throw error;
-      this.#corrupt(state, error);
+      this.#reportDamage(state, error);
       state.number++;
       if (skipped) state.skip--;
       return;

@@ -158,7 +158,7 @@ export class Session {
   }
 
   /** Payload of the environment that is valid for a group of the index: {data}; null: none; false as in open. */
-  findBackground(group, track) {
+  findEnvironment(group, track) {
     const status = this.#exports.fvvjs_find_background(this.#decoder, group, track);
     if (status === END) return null;
     if (status === IO) return false;

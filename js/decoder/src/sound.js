@@ -67,13 +67,13 @@ class NativeDecoder {
 }
 
 /** Returns a function that creates a decoder with such callbacks. Throws an Error if there is none. */
-async function chooseDecoder(about, audioFallback) {
+async function chooseDecoder(about, soundFallback) {
   const { codec } = about;
   const hasNative = typeof AudioDecoder === "function";
   const isSupported = () => AudioDecoder.isConfigSupported(configOf(about)).catch(() => ({ supported: false }));
   if (hasNative && (await isSupported()).supported) return (callbacks) => new NativeDecoder(about, callbacks);
-  if (codec === "opus" && audioFallback) {
-    const { OpusDecoder } = await audioFallback();
+  if (codec === "opus" && soundFallback) {
+    const { OpusDecoder } = await soundFallback();
     return (callbacks) => new OpusPackets(OpusDecoder, about, callbacks);
   }
   if (codec !== "opus" && typeof OfflineAudioContext === "function" && fitsAdts(about))
@@ -169,7 +169,7 @@ export class SoundDecoders {
 
   /**
    * emit(block): samples, as the event "sound" has them. warn(error): of a track that cannot be decoded. fallback(): imports
-   * a decoder of Opus, as the option audioFallback does.
+   * a decoder of Opus, as the option soundFallback does.
    */
   constructor({ emit, warn, fallback }) {
     this.#emit = emit;

@@ -49,7 +49,7 @@ export async function createCore(module, { memoryBytes, read = () => false }) {
 }
 
 /** The module of environments, which calls codecs as the core does. */
-export const createBackground = (module, memoryBytes) => createCore(module, { memoryBytes });
+export const createEnvironment = (module, memoryBytes) => createCore(module, { memoryBytes });
 
 /** Projection alone: it needs memory for its points only. */
 export function createProjection(module) {

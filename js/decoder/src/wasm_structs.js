@@ -349,7 +349,7 @@ function read(name, memory, address) {
 }
 
 const lenses = ["none", "radtan", "fisheye"];
-const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "metadata", "audio", "colours"];
+const kinds = ["", "mesh", "video", "calibration", "visibility", "environment", "metadata", "audio", "colours"];
 const shows = ["tiles", "atlas"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
 const blends = ["viewer", "paper"];
@@ -446,7 +446,7 @@ const readers = {
       vertexCount,
       faceCount,
       lattice,
-      indices: faces,
+      faces,
       positions,
       normals,
       uvs: texture,
@@ -499,7 +499,7 @@ export function readPart(memory, address) {
   const { flags, faces, texture, picture, colour, ...part } = read("part", memory, address);
   return {
     ...part,
-    indices: faces,
+    faces,
     uvs: texture,
     picture: picture === NO_PICTURE ? null : picture,
     unlit: (flags & 1) !== 0,
@@ -509,7 +509,7 @@ export function readPart(memory, address) {
   };
 }
 
-export function readBackgroundList(memory, address) {
+export function readEnvironmentList(memory, address) {
   return read("background", memory, address);
 }
 

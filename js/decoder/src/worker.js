@@ -10,28 +10,23 @@ const { call } = connect(self, {
   open: (options) => engine.open(options),
   next: async () => {
     const item = await engine.next();
-    return item.detail instanceof FvvError ? { ...item, detail: item.detail.toPlain() } : plainGap(item);
+    return item.detail instanceof FvvError ? { ...item, detail: item.detail.toPlain() } : item;
   },
   soundsAhead: () => engine.soundsAhead(),
   seek: (place) => engine.seek(place),
   peek: () => engine.peek(),
   select: (wanted) => engine.select(wanted),
-  setQuality: (wanted) => engine.setQuality(wanted),
+  setRung: (wanted) => engine.setRung(wanted),
   setShownScale: (shown) => engine.setShownScale(shown),
   status: () => engine.status(),
   bufferedTimes: () => engine.bufferedTimes(),
   close: () => engine.close(),
 });
 
-function plainGap(item) {
-  if (item.type !== "gap") return item;
-  return { ...item, detail: { ...item.detail, error: item.detail.error.toPlain() } };
-}
-
 const engine = new Engine({
   pull: () => call("pull"),
   codec: (name) => call("codec", name),
-  background: () => call("background"),
+  environment: () => call("environment"),
   fallback: () => call("fallback"),
 });
 

@@ -11,17 +11,17 @@ export async function listenToFile(url, rate) {
 
 /**
  * Returns {frames, warnings, calls, tracks}: of each track the first sample, gaps between blocks, and all channels.
- * software: without AudioDecoder. calls: of audioFallback, which is left out if fallback is false.
+ * software: without AudioDecoder. calls: of soundFallback, which is left out if fallback is false.
  */
 export async function listen({ clip = "/clip.fvv", seconds = 0, worker = true, software = false, fallback = true }) {
   const former = globalThis.AudioDecoder;
   if (software) globalThis.AudioDecoder = undefined;
   let calls = 0;
-  const audioFallback = () => {
+  const soundFallback = () => {
     calls++;
     return import("/opus.js");
   };
-  const options = { audio: "samples", worker: worker ? undefined : false, ...(fallback && { audioFallback }) };
+  const options = { sound: "decoded", worker: worker ? undefined : false, ...(fallback && { soundFallback }) };
   const decoder = await createDecoder({ source: clip, ...options });
   const warnings = [];
   const blocks = new Map();

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import * as fs from "node:fs";
 import { after, test } from "node:test";
 
+import { onReports } from "../../testing/reports.mjs";
 import { createDecoder } from "../dist/index.js";
 import { compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
@@ -24,8 +25,7 @@ const files = [...conformanceFiles(), ...Object.values(clips)];
 async function decode(source, options = {}) {
   const decoder = await createDecoder({ source, ...options });
   const problems = [];
-  for (const type of ["corrupt", "gap", "error"])
-    decoder.addEventListener(type, (event) => problems.push(event.detail));
+  onReports(decoder, ["damage", "gap", "error"], (_, detail) => problems.push(detail));
   const frames = [];
   for await (const frame of decoder) {
     frames.push(frameHashes(frame));

@@ -8,6 +8,7 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 
 import { shapedProxy } from "../../../bench/network/shaped_proxy.mjs";
+import { onReports } from "../../testing/reports.mjs";
 import { serveFolder } from "../../testing/served.mjs";
 import { Chooser, LiveChooser, Throughput, rungsOf } from "../dist/ladder.js";
 import { createDecoder } from "../dist/index.js";
@@ -63,7 +64,7 @@ async function play(options, onFrame = () => {}) {
   const decoder = await createDecoder({ limits: { cacheBytes: 0 }, ...options });
   const [frames, changes, gaps] = [[], [], []];
   decoder.addEventListener("rung", ({ detail }) => changes.push(detail));
-  decoder.addEventListener("gap", ({ detail }) => gaps.push(detail));
+  onReports(decoder, ["gap"], (_, detail) => gaps.push(detail));
   for await (const frame of decoder) {
     frames.push(frame);
     await onFrame(frame, decoder);
@@ -92,7 +93,7 @@ function checkFrames(frames, rungs) {
   });
 }
 
-test("from memory the best rung is played, or the one that quality names", async () => {
+test("from memory the best rung is played, or the one that the option names", async () => {
   const source = readFileSync(clips.ladder);
   const best = await play({ source });
   checkFrames(best.frames, best.rungs);
@@ -108,20 +109,36 @@ test("from memory the best rung is played, or the one that quality names", async
     best.rungs.map(({ scale }) => Math.round(100 * scale)),
     [100, 50, 25],
   );
-  for (const quality of [1, 2, 9]) {
-    const { frames, rungs } = await play({ source, quality });
+  for (const wanted of [1, 2, 9]) {
+    const { frames, rungs } = await play({ source, rung: wanted });
     assert.equal(frames.length, count);
-    assert.ok(frames.every(({ rung }) => rung === Math.min(quality, 2)));
+    assert.ok(frames.every(({ rung }) => rung === Math.min(wanted, 2)));
     checkFrames(frames, rungs);
   }
 });
 
+test("former names of options and values remain for one version, with a warning", async (t) => {
+  const warn = t.mock.method(console, "warn", () => {});
+  const source = readFileSync(clips.ladder);
+  const decoder = await createDecoder({ source, quality: 1, video: "samples", audio: "packets" });
+  assert.equal(decoder.rung, 1);
+  assert.equal((await decoder.next()).rung, 1);
+  decoder.close();
+  const texts = warn.mock.calls.map(({ arguments: [text] }) => text);
+  assert.deepEqual(texts, [
+    "@fvv/decoder: the option quality is now rung",
+    "@fvv/decoder: the option audio is now sound",
+    '@fvv/decoder: the option video: "samples" is now "encoded"',
+    '@fvv/decoder: the option sound: "packets" is now "encoded"',
+  ]);
+});
+
 test("over Range only the chunks of a rung are read", async () => {
   const bytes = [];
-  for (const quality of [0, 1, 2]) {
-    const { frames, stats, rungs, changes } = await play({ source: url, quality });
+  for (const wanted of [0, 1, 2]) {
+    const { frames, stats, rungs, changes } = await play({ source: url, rung: wanted });
     assert.equal(frames.length, count);
-    assert.ok(frames.every(({ rung }) => rung === quality));
+    assert.ok(frames.every(({ rung }) => rung === wanted));
     assert.equal(changes.length, 1);
     checkFrames(frames, rungs);
     bytes.push(stats.bytesRead);
@@ -165,7 +182,7 @@ for (const [name, browser] of Object.entries(browsers)) {
   const missing = spawnSync(browser.program, ["--version"]).error;
   const skip = missing && `no ${browser.program} installed`;
   test(`${name}: over a fast link the best rung comes, over a slow one it does not`, { skip }, async () => {
-    const { rungs } = await play({ source: url, quality: 2 });
+    const { rungs } = await play({ source: url, rung: 2 });
     for (const [bitsPerSecond, isFast] of [
       [16e6, true],
       [0.6 * rungs[0].bitRate, false],
@@ -194,15 +211,15 @@ for (const [name, browser] of Object.entries(browsers)) {
   });
 }
 
-test("another quality is played from the next group on", async () => {
-  const { frames, rungs, gaps } = await play({ source: url, quality: 0 }, async (frame, decoder) => {
-    if (frame.number === 1) await decoder.setQuality(2);
+test("another rung is played from the next group on", async () => {
+  const { frames, rungs, gaps } = await play({ source: url, rung: 0 }, async (frame, decoder) => {
+    if (frame.number === 1) await decoder.setRung(2);
   });
   assert.deepEqual(gaps, []);
   checkFrames(frames, rungs);
   assert.equal(frames[0].rung, 0);
   assert.equal(frames.at(-1).rung, 2);
-  await assert.rejects(createDecoder({ source: url, quality: "best" }), { code: "argument" });
+  await assert.rejects(createDecoder({ source: url, rung: "best" }), { code: "argument" });
 });
 
 test("no rung is chosen that is finer than what is shown", async () => {
@@ -211,12 +228,12 @@ test("no rung is chosen that is finer than what is shown", async () => {
 });
 
 test("segments: each rung has files of its own", async () => {
-  for (const quality of ["auto", 0, 2]) {
-    const { frames, rungs, gaps, changes } = await play({ source: manifest, quality });
+  for (const wanted of ["auto", 0, 2]) {
+    const { frames, rungs, gaps, changes } = await play({ source: manifest, rung: wanted });
     assert.equal(rungs.length, 3);
     assert.equal(frames.length, count);
     assert.deepEqual(gaps, []);
-    if (quality !== "auto") assert.ok(frames.every(({ rung }) => rung === quality));
+    if (wanted !== "auto") assert.ok(frames.every(({ rung }) => rung === wanted));
     else assert.deepEqual([changes[0].rung, changes.at(-1).rung], [2, 0]);
     for (const frame of frames) {
       assert.equal(frame.samples.length, 1);
@@ -231,11 +248,11 @@ test("segments: a damaged file of a rung costs its group and is reported", async
   const bad = Uint8Array.from(good);
   bad[bad.length - 9] ^= 1;
   writeFileSync(path, bad);
-  const { frames, gaps } = await play({ source: manifest, quality: 1 });
+  const { frames, gaps } = await play({ source: manifest, rung: 1 });
   writeFileSync(path, good);
   assert.equal(frames.length, count - 1);
   assert.equal(gaps.length, 1);
-  assert.equal((await play({ source: manifest, quality: 0 })).frames.length, count);
+  assert.equal((await play({ source: manifest, rung: 0 })).frames.length, count);
 });
 
 test("over a link that breaks down every frame comes, in lower rungs", async () => {
@@ -399,15 +416,15 @@ test("live: fvvserve sends the rung that is wanted, and the decoder chooses by t
   const { url: site, close } = await serveFolder({ clip: clips.ladder });
   const source = { url: `${site.replace("http", "ws")}live/clip`, WebSocket };
   try {
-    for (const quality of ["auto", 1]) {
-      const decoder = await createDecoder({ source, quality });
+    for (const wanted of ["auto", 1]) {
+      const decoder = await createDecoder({ source, rung: wanted });
       const changes = [];
       decoder.addEventListener("rung", ({ detail }) => changes.push(detail));
       const frames = [];
       for await (const frame of decoder) {
         frames.push(frame);
-        if (quality === 1 && frames.length === 1) await decoder.setQuality(0);
-        if (frames.length === (quality === 1 ? 4 : 2)) break;
+        if (wanted === 1 && frames.length === 1) await decoder.setRung(0);
+        if (frames.length === (wanted === 1 ? 4 : 2)) break;
       }
       decoder.close();
       assert.equal(decoder.rungs.length, 3);
@@ -416,8 +433,8 @@ test("live: fvvserve sends the rung that is wanted, and the decoder chooses by t
         assert.ok(decoder.rungs[rung].tracks.includes(samples[0].track));
       }
       const [first] = changes;
-      assert.deepEqual([first.rung, first.reason], quality === 1 ? [1, "chosen"] : [2, "start"]);
-      if (quality === 1) assert.equal(frames.at(-1).rung, 0);
+      assert.deepEqual([first.rung, first.reason], wanted === 1 ? [1, "chosen"] : [2, "start"]);
+      if (wanted === 1) assert.equal(frames.at(-1).rung, 0);
     }
   } finally {
     close();

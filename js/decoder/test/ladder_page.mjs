@@ -4,7 +4,7 @@ import { createDecoder } from "../dist/index.js";
 
 const post = (found) => fetch("/result", { method: "POST", body: JSON.stringify(found) });
 try {
-  const decoder = await createDecoder({ source: "/range/ladder", video: "samples" });
+  const decoder = await createDecoder({ source: "/range/ladder", video: "encoded" });
   const began = performance.now();
   const frames = [];
   for await (const frame of decoder) {

@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
 
+import { onReports } from "../../testing/reports.mjs";
 import { serveFolder } from "../../testing/served.mjs";
 import { createDecoder } from "../dist/index.js";
 import { frameHashes, makeClips, nativeFrames } from "./native.mjs";
@@ -27,8 +28,7 @@ async function scripted(script) {
 async function play(url, { frames: most = Infinity, ...more } = {}) {
   const decoder = await createDecoder({ source: { url, WebSocket, ...more } });
   const events = [];
-  for (const type of ["corrupt", "gap", "restart", "warning", "end"])
-    decoder.addEventListener(type, ({ detail }) => events.push({ type, detail }));
+  onReports(decoder, ["damage", "gap", "restart", "warning", "end"], (type, detail) => events.push({ type, detail }));
   const frames = [];
   try {
     for await (const frame of decoder) {
@@ -87,7 +87,7 @@ test("data that the server leaves out is a gap", async () => {
     server.close();
     assert.deepEqual(types, ["gap", "end"]);
     const [{ detail }] = events;
-    assert.equal(detail.error.code, type === "skip" ? "skipped" : "damaged");
+    assert.equal(detail.cause.code, type === "skip" ? "skipped" : "damaged");
     assert.equal(typeof detail.to, "bigint");
     if (type === "skip") assert.equal(detail.from, 1n);
     for (const frame of frames) assert.ok(times.some((good) => good["time 0"] === frame["time 0"]));
@@ -130,7 +130,7 @@ test("frames that are not taken are dropped in groups, and memory stays bounded"
   });
   const decoder = await createDecoder({ source: { url: server.url, WebSocket }, queue: 1 });
   const gaps = [];
-  decoder.addEventListener("gap", ({ detail }) => gaps.push(detail.error.code));
+  onReports(decoder, ["gap"], (_, { cause }) => gaps.push(cause.code));
   const first = await decoder.next();
   first.close();
   await new Promise((resolve) => setTimeout(resolve, 1500));

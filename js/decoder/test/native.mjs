@@ -18,6 +18,9 @@ function run(program, ...parameters) {
 }
 export const tool = (name, ...parameters) => run(toolPath(name), ...parameters);
 
+/** Of frame_bytes, which prints what lies in C. */
+const NATIVE_NAMES = { faces: "indices" };
+
 const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
 const known = new Map();
@@ -58,8 +61,8 @@ export const nativePictures = (file) =>
 export function backgroundHashes({ parts, pictures, lights }) {
   const hashes = {};
   parts.forEach((part, i) => {
-    for (const name of ["positions", "indices", "uvs"])
-      if (part[name]) hashes[`part-${name} ${i}`] = sha256(raw(part[name]));
+    for (const name of ["positions", "faces", "uvs"])
+      if (part[name]) hashes[`part-${NATIVE_NAMES[name] ?? name} ${i}`] = sha256(raw(part[name]));
   });
   pictures.forEach(({ data }, i) => (hashes[`picture ${i}`] = sha256(data)));
   lights.forEach((l, i) => {
@@ -90,8 +93,8 @@ export function frameHashes(frame) {
     raw(Float64Array.of(threshold, depthBias, depthSlope, best, unseen, blend === "paper" ? 1 : 0)),
   );
   for (const mesh of frame.meshes)
-    for (const name of ["lattice", "indices", "positions", "normals", "uvs", "colours"])
-      if (mesh[name]) hashes[`${name} ${mesh.track}`] = sha256(raw(mesh[name]));
+    for (const name of ["lattice", "faces", "positions", "normals", "uvs", "colours"])
+      if (mesh[name]) hashes[`${NATIVE_NAMES[name] ?? name} ${mesh.track}`] = sha256(raw(mesh[name]));
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) hashes[`weights ${camera}`] = sha256(visibility.weightsOf(camera));
   for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);
@@ -184,10 +187,10 @@ export function makeClips(...wanted) {
 export async function onlyBackground(source, start) {
   const decoder = await createDecoder({ source });
   let count = 0;
-  decoder.addEventListener("background", ({ detail }) => (count += detail.length));
+  decoder.addEventListener("environment", ({ detail }) => (count += detail.length));
   if (start) await decoder.seek({ frame: start });
   for await (const frame of decoder) frame.close();
   assert.equal(count, 1);
   decoder.close();
-  return decoder.backgrounds[0];
+  return decoder.environments[0];
 }

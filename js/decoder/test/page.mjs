@@ -13,7 +13,7 @@ const tileNumbers = ({ camera, source: s, destination: d }) => [
 async function hashes(frame) {
   const out = {};
   for (const mesh of frame.meshes)
-    for (const name of ["lattice", "indices", "positions", "normals", "uvs", "colours"])
+    for (const name of ["lattice", "faces", "positions", "normals", "uvs", "colours"])
       if (mesh[name]) out[`${name} ${mesh.track}`] = await sha256(mesh[name]);
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) out[`weights ${camera}`] = await sha256(visibility.weightsOf(camera));
@@ -51,7 +51,7 @@ const sources = {
 
 async function decode(name, kind, worker) {
   const decoder = await createDecoder({
-    quality: 0,
+    rung: 0,
     source: await sources[kind](name),
     worker: worker ? undefined : false,
   });
@@ -61,9 +61,9 @@ async function decode(name, kind, worker) {
   const pictures = [];
   for await (const frame of decoder) {
     frames.push(await hashes(frame));
-    for (const { track, image } of frame.pictures) {
-      const late = image.timestamp === undefined ? 0 : image.timestamp - frame.seconds * 1e6;
-      pictures.push({ track, late, width: image.displayWidth ?? image.width });
+    for (const { track, picture } of frame.pictures) {
+      const late = picture.timestamp === undefined ? 0 : picture.timestamp - frame.seconds * 1e6;
+      pictures.push({ track, late, width: picture.displayWidth ?? picture.width });
     }
     frame.close();
   }
@@ -88,7 +88,7 @@ async function reselect(name, worker) {
     const frames = [];
     for await (const frame of decoder) {
       await onFrame?.(decoder, frame);
-      const entries = frame.pictures.map(async ({ track, image }) => [track, await pixels(image)]);
+      const entries = frame.pictures.map(async ({ track, picture }) => [track, await pixels(picture)]);
       frames.push({ tracks: frame.tracks, pictures: Object.fromEntries(await Promise.all(entries)) });
       frame.close();
     }

@@ -54,7 +54,7 @@ function installDecoder(decodeChunks) {
 }
 
 async function play() {
-  const decoder = await createDecoder({ source: bytes, video: "pictures" });
+  const decoder = await createDecoder({ source: bytes, video: "decoded" });
   const warnings = [];
   decoder.addEventListener("warning", ({ detail }) => warnings.push(detail));
   const frames = [];

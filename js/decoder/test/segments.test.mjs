@@ -6,6 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 
+import { onReports } from "../../testing/reports.mjs";
 import { createDecoder } from "../dist/index.js";
 import {
   backgroundHashes,
@@ -86,8 +87,7 @@ test("the same frames, in order and from any of them", async () => {
   const expected = nativeFrames(clips.moving);
   const decoder = await createDecoder({ source: `${server.url}/whole/moving/manifest.json` });
   const reports = [];
-  for (const type of ["corrupt", "gap", "warning"])
-    decoder.addEventListener(type, ({ detail }) => reports.push(detail));
+  onReports(decoder, ["damage", "gap", "warning"], (_, detail) => reports.push(detail));
   assert.equal(decoder.seekable, true);
   assert.equal(decoder.frameCount, 5);
   assert.deepEqual(await frames(decoder), expected);
@@ -106,10 +106,10 @@ test("the same frames, in order and from any of them", async () => {
 test("a missing group is a gap", async () => {
   const decoder = await createDecoder({ source: `${server.url}/whole/lossy/manifest.json` });
   const gaps = [];
-  decoder.addEventListener("gap", ({ detail }) => gaps.push(detail));
+  onReports(decoder, ["gap"], (_, detail) => gaps.push(detail));
   assert.deepEqual(await frames(decoder), nativeFrames(clips.moving).slice(3));
   assert.equal(gaps.length, 1);
-  assert.match(gaps[0].error.message, /404/);
+  assert.match(gaps[0].cause.message, /404/);
   decoder.close();
 });
 
@@ -124,15 +124,15 @@ test("a file that does not match the manifest: damage, a gap, and nothing of it 
       source: `${server.url}/whole/${name}/manifest.json`,
     });
     const reports = [];
-    for (const type of ["corrupt", "gap"]) decoder.addEventListener(type, ({ detail }) => reports.push([type, detail]));
+    onReports(decoder, ["damage", "gap"], (kind, detail) => reports.push([kind, detail]));
     assert.deepEqual(await frames(decoder), kept);
     assert.deepEqual(
       reports.map(([type]) => type),
-      ["corrupt", "gap"],
+      ["damage", "gap"],
     );
     assert.equal(reports[0][1].code, code);
     assert.match(reports[0][1].message, /group-00000\d\.fvv: .* expected/);
-    assert.equal(reports[1][1].error.code, code);
+    assert.equal(reports[1][1].cause.code, code);
     decoder.close();
   }
   const decoder = await createDecoder({ source: `${server.url}/whole/lost/manifest.json` });
@@ -148,12 +148,12 @@ test("environments are also reported after a seek", async () => {
   }
   const decoder = await createDecoder({ source: `${server.url}/whole/bare/manifest.json` });
   const codes = [];
-  decoder.addEventListener("corrupt", ({ detail }) => codes.push(detail.code, detail.fatal));
+  onReports(decoder, ["damage"], (_, { code, fatal }) => codes.push(code, fatal));
   await decoder.seek({ frame: 4 });
   assert.equal((await decoder.next()).number, 4);
   assert.equal(await decoder.next(), null);
   assert.deepEqual(codes, ["damaged", false]);
-  assert.deepEqual(decoder.backgrounds, []);
+  assert.deepEqual(decoder.environments, []);
   decoder.close();
 });
 

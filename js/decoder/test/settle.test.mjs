@@ -120,7 +120,7 @@ async function session(source, seed) {
   const log = [];
   let timer;
   try {
-    const opening = createDecoder({ source, signal: abort.signal, queue: 1 + pick(4), video: "samples" });
+    const opening = createDecoder({ source, signal: abort.signal, queue: 1 + pick(4), video: "encoded" });
     if (pick(8) === 0) {
       timer = setTimeout(() => abort.abort(), pick(4));
       network.stalled = pick(2) === 0;
@@ -157,7 +157,7 @@ async function session(source, seed) {
         await wait();
         assert.equal((await found)?.number, frame, `seed ${seed}: ${log.join(" ")}`);
       } else if (what === 4) call("seek 0", decoder.seek({ frame: 0 }));
-      else call("rung", decoder.setQuality(pick(2) ? "auto" : pick(3)));
+      else call("rung", decoder.setRung(pick(2) ? "auto" : pick(3)));
       // A while, in which anything may have arrived.
       for (let n = pick(3) ? pick(60) : 0; n > 0; n--) await new Promise((resolve) => setImmediate(resolve));
       if (pick(3) === 0) await wait();

@@ -42,7 +42,7 @@ after(() => rmSync(folder, { recursive: true, force: true }));
 
 test("packets arrive ahead of their frames, and none after a seek that belongs before it", async () => {
   const bytes = readFileSync(at("clip.fvv"));
-  const decoder = await createDecoder({ source: bytes, audio: "packets", worker: false, video: "samples" });
+  const decoder = await createDecoder({ source: bytes, sound: "encoded", worker: false, video: "encoded" });
   let heard = []; // [track, first sample that is played]
   decoder.addEventListener("sound", ({ detail }) => heard.push(detail));
   const ends = [];
@@ -74,11 +74,11 @@ test("packets arrive ahead of their frames, and none after a seek that belongs b
   assert.equal(Number(first.start) + first.prerollCount * 960, 1.2 * RATE);
   assert.ok(first.prerollCount >= 4);
   decoder.close();
-  await assert.rejects(createDecoder({ source: bytes, audio: "loud" }), /audio: expected/);
+  await assert.rejects(createDecoder({ source: bytes, sound: "loud" }), /sound: expected/);
 });
 
 test("without the option nothing is read ahead and nothing is dispatched", async () => {
-  const decoder = await createDecoder({ source: readFileSync(at("clip.fvv")), worker: false, video: "samples" });
+  const decoder = await createDecoder({ source: readFileSync(at("clip.fvv")), worker: false, video: "encoded" });
   let heard = 0;
   decoder.addEventListener("sound", () => heard++);
   let frames = 0;
@@ -101,12 +101,12 @@ const assertClap = (t, { samples, start }, clap) => {
   assert.ok(Math.abs(found - clap) <= 2, `clap at ${clap}, found at ${found}`);
 };
 
-const nodeOptions = { worker: false, video: "samples" };
+const nodeOptions = { worker: false, video: "encoded" };
 const importOpus = () => import("opus-decoder");
 
-test("in Node sound is decoded by audioFallback", async (t) => {
+test("in Node sound is decoded by soundFallback", async (t) => {
   const source = readFileSync(at("clip.fvv"));
-  const decoder = await createDecoder({ source, audio: "samples", audioFallback: importOpus, ...nodeOptions });
+  const decoder = await createDecoder({ source, sound: "decoded", soundFallback: importOpus, ...nodeOptions });
   const blocks = [];
   decoder.addEventListener("sound", ({ detail }) => detail.track === 10001 && blocks.push(detail));
   for await (const frame of decoder) frame.close();
@@ -115,13 +115,13 @@ test("in Node sound is decoded by audioFallback", async (t) => {
   decoder.close();
   const samples = blocks.flatMap(({ channels }) => Array.from(channels[0]));
   for (const clap of CLAPS) assertClap(t, { samples, start: blocks[0].start }, clap);
-  await assert.rejects(createDecoder({ source, audioFallback: "opus-decoder" }), /audioFallback: expected a function/);
+  await assert.rejects(createDecoder({ source, soundFallback: "opus-decoder" }), /soundFallback: expected a function/);
 });
 
 test("a fallback that cannot be loaded is a warning for each track", async () => {
-  const audioFallback = () => Promise.reject(new Error("no such package"));
+  const soundFallback = () => Promise.reject(new Error("no such package"));
   const source = readFileSync(at("clip.fvv"));
-  const decoder = await createDecoder({ source, audio: "samples", audioFallback, ...nodeOptions });
+  const decoder = await createDecoder({ source, sound: "decoded", soundFallback, ...nodeOptions });
   const warnings = [];
   decoder.addEventListener("warning", ({ detail }) => warnings.push(detail.message));
   for await (const frame of decoder) frame.close();
@@ -133,7 +133,7 @@ test("a fallback that cannot be loaded is a warning for each track", async () =>
 
 test("the gain of Opus applies, and a damaged packet is an error", async () => {
   const { OpusDecoder } = await importOpus();
-  const decoder = await createDecoder({ source: readFileSync(at("clip.fvv")), audio: "packets", ...nodeOptions });
+  const decoder = await createDecoder({ source: readFileSync(at("clip.fvv")), sound: "encoded", ...nodeOptions });
   const [chunk] = await new Promise((done) => {
     const chunks = [];
     decoder.addEventListener("sound", ({ detail }) => chunks.push(detail) === 4 && done(chunks));
@@ -268,7 +268,7 @@ for (const name of ["chromium", "firefox"])
       }
     });
 
-    test("without AudioDecoder and audioFallback there is a warning, and the frames", async () => {
+    test("without AudioDecoder and soundFallback there is a warning, and the frames", async () => {
       const { frames, warnings, tracks } = await inPage("report", { worker: false, software: true, fallback: false });
       assert.equal(frames, FRAMES);
       assert.equal(tracks.length, 0);

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { after, test } from "node:test";
 
+import { onReports } from "../../testing/reports.mjs";
 import { camerasFor, createDecoder, FvvError } from "../dist/index.js";
 import { ByteRanges } from "../dist/sources/byte_ranges.js";
 import { damaged, joinStreams } from "./edit_streams.mjs";
@@ -38,8 +39,8 @@ const text = (hashes) => JSON.stringify(Object.entries(hashes).sort());
 
 function listen(decoder) {
   const reports = [];
-  for (const type of ["corrupt", "gap", "warning", "configuration", "background"])
-    decoder.addEventListener(type, ({ detail }) => reports.push({ type, detail }));
+  const kinds = ["damage", "gap", "warning", "configuration", "environment"];
+  onReports(decoder, kinds, (type, detail) => reports.push({ type, detail }));
   return reports;
 }
 
@@ -69,9 +70,9 @@ for (const tracks of [[all[0]], [all[1], all[3]], []])
     for (const frame of frames) assert.deepEqual(frame.tracks, tracks);
     assert.deepEqual(
       reports.map(({ type }) => type),
-      ["configuration", "background"],
+      ["configuration", "environment"],
     );
-    assert.deepEqual(backgroundHashes(decoder.backgrounds[0]), nativeBackground(clips.tracks));
+    assert.deepEqual(backgroundHashes(decoder.environments[0]), nativeBackground(clips.tracks));
     const [requests, bytes] = asked(before);
     const stats = await decoder.stats();
     assert.equal(stats.requests, requests);
@@ -123,7 +124,7 @@ test("a selection takes effect with the next group, however it changes", async (
   }
   assert.equal(changed, 3);
   assert.deepEqual(
-    reports.filter(({ type }) => type !== "configuration" && type !== "background"),
+    reports.filter(({ type }) => type !== "configuration" && type !== "environment"),
     [],
   );
   decoder.close();
@@ -144,7 +145,7 @@ test("seeking with a selection", async () => {
       expected.slice(n).map((hashes) => without(hashes, tracks)),
     );
   }
-  assert.equal(decoder.backgrounds.length, 1);
+  assert.equal(decoder.environments.length, 1);
   decoder.close();
 });
 
@@ -163,7 +164,7 @@ test("sources without parts: unselected tracks are left out of frames", async ()
       expected.map((hashes) => without(hashes, tracks)),
     );
     assert.deepEqual(
-      reports.filter(({ type }) => type === "corrupt" || type === "gap"),
+      reports.filter(({ type }) => type === "damage" || type === "gap"),
       [],
     );
     decoder.close();
@@ -241,11 +242,11 @@ test("damage in fetched chunks is a gap, in other chunks it has no effect", asyn
     const decoder = await createDecoder({ source: `${host.url}/range/damaged`, tracks });
     const reports = listen(decoder);
     const frames = await play(decoder);
-    const types = reports.map(({ type }) => type).filter((type) => type === "corrupt" || type === "gap");
+    const types = reports.map(({ type }) => type).filter((type) => type === "damage" || type === "gap");
     const good = expected.map((hashes) => text(without(hashes, tracks)));
     for (const { hashes } of frames) assert.ok(good.includes(text(hashes)), `${name}: a wrong frame`);
     if (name === "missing") assert.deepEqual([frames.length, types], [5, []]);
-    else assert.ok(types.includes("corrupt"), `${name}: ${types}`);
+    else assert.ok(types.includes("damage"), `${name}: ${types}`);
     // GEND follows the frames of its group, which were complete before.
     if (name === "sample" || name === "mesh" || name === "group")
       assert.deepEqual([frames.length, types.at(-1)], [3, "gap"], name);
@@ -276,7 +277,7 @@ test("a change of configuration: tracks are selected again", async () => {
       whole.slice(start).map((hashes, i) => without(hashes, frames[i].tracks ?? all)),
     );
     assert.deepEqual(
-      reports.filter(({ type }) => type === "corrupt" || type === "gap"),
+      reports.filter(({ type }) => type === "damage" || type === "gap"),
       [],
     );
     const counts = reports.filter(({ type }) => type === "configuration").map(({ detail }) => detail.videos.length);
@@ -285,7 +286,7 @@ test("a change of configuration: tracks are selected again", async () => {
     const shown = videos.filter(({ track }) => frames.at(-1).tracks.includes(track));
     assert.ok(shown.length > 0 && shown.length < videos.length, `frame ${start}: ${shown.length} tracks`);
     // The environment belongs to the first configuration.
-    const backgrounds = reports.filter(({ type }) => type === "background").map(({ detail }) => detail.length);
+    const backgrounds = reports.filter(({ type }) => type === "environment").map(({ detail }) => detail.length);
     assert.deepEqual(backgrounds, start < 2 ? [1, 0] : []);
     assert.ok(host.requests.length > before);
     decoder.close();
@@ -314,7 +315,7 @@ test("damage anywhere: no wrong frame, and only FvvErrors are thrown", async () 
         assert.ok(good.has(text(frameHashes(frame))), "a wrong frame");
         frames++;
       }
-      corrupt += reports.some(({ type }) => type === "corrupt");
+      corrupt += reports.some(({ type }) => type === "damage");
       decoder.close();
     } catch (error) {
       if (!(error instanceof FvvError)) throw error;

@@ -128,7 +128,7 @@ export async function compareFile(
   file,
   { frame = 0, poses: count = 20, size = [960, 540], rays = false, bare = false, pictures } = {},
 ) {
-  const facts = await session.show(file, frame, bare ? { video: "samples" } : {});
+  const facts = await session.show(file, frame, bare ? { video: "encoded" } : {});
   const poses = posesOf(count, facts, size);
   const lines = [];
   for (const visibleBy of facts.withBits.length && !bare ? ["bits", "depth"] : ["depth"]) {

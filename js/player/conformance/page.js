@@ -24,13 +24,13 @@ function pixels() {
 }
 
 /** Environments are reported after the first frame. */
-async function backgroundsOf({ tracks }) {
-  while (tracks.some(({ kind }) => kind === "background") && !decoder.backgrounds.length) {
+async function environmentsOf({ tracks }) {
+  while (tracks.some(({ kind }) => kind === "environment") && !decoder.environments.length) {
     const frame = await decoder.next();
     if (!frame) break;
     frame.close();
   }
-  return decoder.backgrounds;
+  return decoder.environments;
 }
 
 /** Shows a frame of a file and returns the facts that poses are made from. options: of the decoder. */
@@ -45,7 +45,7 @@ window.openStream = async (file, number, options) => {
   const frame = await decoder.next();
   if (!frame?.mesh) throw new Error(`${file}: no mesh in frame ${number}`);
   await renderer.show(frame);
-  await renderer.setBackgrounds(await backgroundsOf(frame.configuration));
+  await renderer.setEnvironments(await environmentsOf(frame.configuration));
   cameras = frame.cameras;
   const facts = {
     bounds: renderer.bounds,
@@ -61,7 +61,7 @@ window.openStream = async (file, number, options) => {
       fx,
       width,
     })),
-    pictures: frame.pictures.map(({ image }) => image.format ?? image.constructor.name),
+    pictures: frame.pictures.map(({ picture }) => picture.format ?? picture.constructor.name),
   };
   frame.close();
   return facts;

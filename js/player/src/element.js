@@ -32,6 +32,7 @@ export class FvvPlayer extends ViewpointElement {
     "theme",
     "navigation",
     "view-mode",
+    "pixel-ratio",
     "quality",
     "rung",
     "aria-label",
@@ -165,7 +166,7 @@ export class FvvPlayer extends ViewpointElement {
     });
     observer.observe(this.#surface);
     signal.addEventListener("abort", () => observer.disconnect());
-    for (const name of ["view-mode", "quality", "navigation"]) this.#apply(name);
+    for (const name of ["view-mode", "pixel-ratio", "navigation"]) this.#apply(name);
     this.#readColours();
   }
 
@@ -194,8 +195,10 @@ export class FvvPlayer extends ViewpointElement {
     else if (name === "navigation" && this.#pointer) this.#pointer.flying = value === "fly";
     else if (name === "view-mode" || name === "controls") this._chooseDrawing();
     else if (name === "rung") this.#chooseRung();
-    else if (name === "quality" && this._stage) {
-      this._stage.resolution.quality = this.quality;
+    else if (name === "pixel-ratio" || name === "quality") {
+      if (name === "quality") console.warn("<fvv-player>: the attribute quality is now pixel-ratio: auto, or a number");
+      if (!this._stage) return;
+      this._stage.resolution.pixelRatio = this.pixelRatio;
       this._stage.wake();
     } else if (VIEW_ATTRIBUTES.includes(name)) {
       if (this._stage?.empty === false) this._navigator.goTo(this._firstPose, JOURNEY);
@@ -234,9 +237,9 @@ export class FvvPlayer extends ViewpointElement {
     const described = this.live && typeof source === "string" ? { url: source, reconnect: RECONNECT } : source;
     const decoder = await createDecoder({
       // Also without WebCodecs: JPEG needs none, and the decoder then reports what it cannot decode.
-      video: "pictures",
-      audio: "samples",
-      quality: this.rung,
+      video: "decoded",
+      sound: "decoded",
+      rung: this.rung,
       worker: FvvPlayer._startWorker,
       ...FvvPlayer.decoderOptions,
       ...this.decoderOptions,
@@ -247,15 +250,16 @@ export class FvvPlayer extends ViewpointElement {
     });
     this.#sound.follow(decoder);
     decoder.addEventListener("rung", ({ detail }) => this.#takeRung(detail));
-    decoder.addEventListener("background", ({ detail }) => this._stage?.setBackgrounds(detail));
-    for (const type of ["warning", "gap", "corrupt"])
-      decoder.addEventListener(type, ({ detail }) => this.dispatchEvent(new CustomEvent(type, { detail })));
-    decoder.addEventListener("warning", ({ detail }) => this.#takeWarning(detail));
+    decoder.addEventListener("environment", ({ detail }) => this._stage?.setEnvironments(detail));
+    decoder.addEventListener("warning", ({ detail }) => {
+      this.dispatchEvent(new CustomEvent("warning", { detail }));
+      this.#takeWarning(detail);
+    });
     return decoder;
   }
 
   #chooseRung() {
-    this.#media.decoder?.setQuality(this.rung).catch(() => {});
+    this.#media.decoder?.setRung(this.rung).catch(() => {});
     this.dispatchEvent(new Event("optionschange"));
   }
   #takeRung(detail) {

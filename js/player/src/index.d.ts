@@ -1,4 +1,4 @@
-import { Camera, FvvError, Gap, Options, Rung, RungChange, Source } from "@fvv/decoder";
+import { Camera, FvvError, Options, Rung, RungChange, Source } from "@fvv/decoder";
 import { Counters, Mode } from "./renderer/index.js";
 
 export { Renderer, cameraColour } from "./renderer/index.js";
@@ -55,12 +55,12 @@ export interface Journey {
   duration?: number;
 }
 
-export type DecoderOptions = Pick<Options, "limits" | "signal" | "videoFallback" | "audioFallback">;
+export type DecoderOptions = Pick<Options, "limits" | "signal" | "videoFallback" | "soundFallback">;
 
 /** Events in addition to those of media elements. */
 export interface FvvPlayerEventMap extends Omit<HTMLElementEventMap, "error"> {
-  /** The reason is in the element's `error`. */
-  error: Event;
+  /** Playback has ended. The element's `error` has the reason as well. */
+  error: CustomEvent<FvvError | Error>;
   /** A new frame is on screen. */
   framechange: Event;
   /** The view has changed: by the user, or by the page's script. */
@@ -69,10 +69,8 @@ export interface FvvPlayerEventMap extends Omit<HTMLElementEventMap, "error"> {
   optionschange: Event;
   /** Another rung of the ladder is played. */
   rungchange: CustomEvent<RungChange>;
-  /** From the decoder. */
+  /** Playback continues: damage, gaps and restrictions, as the decoder reports them. */
   warning: CustomEvent<FvvError>;
-  gap: CustomEvent<Gap>;
-  corrupt: CustomEvent<FvvError>;
 }
 
 export class FvvPlayer extends HTMLElement {
@@ -180,7 +178,8 @@ export class FvvPlayer extends HTMLElement {
   touchAction: "pan-y" | "pan-x" | "none";
 
   viewMode: Mode;
-  quality: "auto" | "high" | "medium" | "low";
+  /** The most pixels that are drawn for a pixel of the page; "auto": 2, and fewer while drawing is too slow. */
+  pixelRatio: "auto" | number;
   /** Which rung of the stream's ladder is played: 0 is the best. Set by the attribute `rung`. */
   rung: "auto" | number;
   /** Rungs of the stream, best first; one or none without a ladder. */

@@ -33,7 +33,8 @@ export class MediaElement extends Base {
     this.#media = media;
     for (const type of EVENTS.split(" "))
       media.addEventListener(type, () => {
-        this.dispatchEvent(new Event(type));
+        const isError = type === "error" && media.error;
+        this.dispatchEvent(isError ? new CustomEvent(type, { detail: media.error.cause }) : new Event(type));
         // Updates buffered times and rates.
         if (type === "timeupdate" || type === "canplay") media.measure();
       });

@@ -1,9 +1,7 @@
 // How many pixels are drawn per pixel of the page: as many as the screen has, up to two, and fewer while drawing is too
 // slow.
 
-export const QUALITIES = ["auto", "high", "medium", "low"];
 const MOST = 2;
-const FIXED = { high: 2, medium: 1, low: 0.5 };
 const STEPS = [1, 0.84, 0.7, 0.6, 0.5, 0.4];
 /** Milliseconds between pictures that are too slow, and fast. */
 const SLOW = 40;
@@ -20,11 +18,12 @@ export class Resolution {
   #last = null;
   #mean = 16;
   #since = 0;
-  quality = "auto";
+  /** "auto", or the most pixels for a pixel of the page. */
+  pixelRatio = "auto";
 
   /** Relative to the pixels of the screen. */
   get scale() {
-    return this.quality === "auto" ? STEPS[this.#step] : 1;
+    return this.pixelRatio === "auto" ? STEPS[this.#step] : 1;
   }
 
   /** now: milliseconds of a picture of the screen. continues: another one follows immediately. */
@@ -47,7 +46,7 @@ export class Resolution {
 
   /** moving: during playback and movements. */
   ratio(devicePixelRatio, moving) {
-    const ratio = Math.min(devicePixelRatio, FIXED[this.quality] ?? MOST);
+    const ratio = Math.min(devicePixelRatio, this.pixelRatio === "auto" ? MOST : this.pixelRatio);
     return moving ? ratio * this.scale : ratio;
   }
 }

@@ -43,7 +43,7 @@ export class Stage extends EventTarget {
   #outlined = { cameras: null, without: null, found: null };
   resolution = new Resolution();
   #delay = new ScreenDelay();
-  backgrounds = [];
+  environments = [];
   options = {
     mode: "textured",
     visibleBy: "auto",
@@ -148,12 +148,12 @@ export class Stage extends EventTarget {
     this.#frame = null;
     // The canvas shows the former source.
     this.#canvas.classList.add("empty");
-    this.setBackgrounds([]);
+    this.setEnvironments([]);
   }
 
-  async setBackgrounds(backgrounds) {
-    this.backgrounds = backgrounds;
-    if (await this.#renderer.setBackgrounds(backgrounds)) this.wake();
+  async setEnvironments(environments) {
+    this.environments = environments;
+    if (await this.#renderer.setEnvironments(environments)) this.wake();
   }
 
   /** ground, sky, line: elements whose background colours are those of the empty scene, above it, and of the grid. */
@@ -235,7 +235,7 @@ export class Stage extends EventTarget {
     const { frusta, picturePlanes, selected, grid, environment, sheet, ...others } = this.options;
     delete others.sheetBottom;
     const { radius } = this.#navigator.extent;
-    const bare = !environment || !this.backgrounds.length;
+    const bare = !environment || !this.environments.length;
     return {
       ...others,
       environment,

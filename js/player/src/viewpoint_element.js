@@ -13,8 +13,9 @@ import {
   parseTarget,
 } from "./navigation/view_text.js";
 import { MODES } from "./renderer/surface.js";
-import { QUALITIES } from "./resolution.js";
 
+/** Values of the attribute quality, which pixel-ratio has replaced; it remains for one version. */
+const FORMER_QUALITIES = { high: 2, medium: 1, low: 0.5 };
 const SHOW_CAMERAS = ["none", "frusta", "pictures", "sheet"];
 /** CSS pixels below a contact sheet for the bar. */
 const BAR = 100;
@@ -149,12 +150,14 @@ export class ViewpointElement extends MediaElement {
   set viewMode(mode) {
     this.setAttribute("view-mode", mode);
   }
-  get quality() {
-    const quality = this.getAttribute("quality");
-    return QUALITIES.includes(quality) ? quality : "auto";
+  /** "auto", or the most pixels that are drawn for a pixel of the page. */
+  get pixelRatio() {
+    const text = this.getAttribute("pixel-ratio") ?? FORMER_QUALITIES[this.getAttribute("quality")];
+    const ratio = Number(text);
+    return ratio > 0 && Number.isFinite(ratio) ? ratio : "auto";
   }
-  set quality(quality) {
-    this.setAttribute("quality", quality);
+  set pixelRatio(ratio) {
+    this.setAttribute("pixel-ratio", ratio);
   }
 
   /** "auto", or the rung of the stream's ladder that is wanted, 0 for the best. */
@@ -264,6 +267,6 @@ export class ViewpointElement extends MediaElement {
     this._chooseDrawing();
   }
   get hasEnvironment() {
-    return (this._stage?.backgrounds.length ?? 0) > 0;
+    return (this._stage?.environments.length ?? 0) > 0;
   }
 }

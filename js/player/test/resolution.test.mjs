@@ -19,9 +19,9 @@ test("as many pixels as the screen has, up to two per pixel of the page", () => 
     [1, 1.5, 3].map((pixels) => resolution.ratio(pixels, false)),
     [1, 1.5, 2],
   );
-  resolution.quality = "medium";
+  resolution.pixelRatio = 1;
   assert.equal(resolution.ratio(3, true), 1);
-  resolution.quality = "low";
+  resolution.pixelRatio = 0.5;
   assert.equal(resolution.ratio(1, true), 0.5);
 });
 

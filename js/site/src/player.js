@@ -2,4 +2,4 @@
 
 import { FvvPlayer } from "@fvv/player";
 
-FvvPlayer.decoderOptions = { audioFallback: () => import("opus-decoder") };
+FvvPlayer.decoderOptions = { soundFallback: () => import("opus-decoder") };

@@ -1,7 +1,7 @@
 // A TypeScript program that uses the packages. tsc has to accept it and their declarations.
 
 import { FvvError, camerasFor, createDecoder } from "@fvv/decoder";
-import type { Decoder, Frame, FvvEvent, Gap, Group } from "@fvv/decoder";
+import type { Decoder, Frame, FvvEvent, Group } from "@fvv/decoder";
 import { FvvPlayer } from "@fvv/player";
 import { Renderer } from "@fvv/player/renderer";
 import { viewFromCamera, viewFromPose } from "@fvv/player/view";
@@ -14,18 +14,20 @@ async function open(url: string): Promise<Decoder> {
     source: { url, credentials: "include" },
     limits: { memory: 2 ** 28 },
     videoFallback: () => WebAssembly.compileStreaming(fetch("/video.wasm")),
-    audio: "samples",
-    audioFallback: () => import("opus-decoder"),
+    sound: "decoded",
+    soundFallback: () => import("opus-decoder"),
   });
-  const report = (event: FvvEvent<Gap>): void => console.warn(event.detail.from, event.detail.error.message);
-  decoder.addEventListener("gap", report);
+  const report = ({ detail }: FvvEvent<FvvError>): void => {
+    if (detail.code === "gap") console.warn(detail.from, detail.to, detail.issue);
+  };
+  decoder.addEventListener("warning", report);
   decoder.addEventListener("configuration", ({ detail }) => console.log(detail.texturing.best, detail.cameras.length));
-  decoder.removeEventListener("gap", report);
+  decoder.removeEventListener("warning", report);
   decoder.addEventListener("configuration", { handleEvent() {} });
   decoder.addEventListener("sound", ({ detail }) => console.log(detail.track));
-  FvvPlayer.decoderOptions = { audioFallback: () => import("opus-decoder") };
-  // @ts-expect-error gaps have no cameras
-  decoder.addEventListener("gap", ({ detail }) => detail.cameras);
+  FvvPlayer.decoderOptions = { soundFallback: () => import("opus-decoder") };
+  // @ts-expect-error warnings have no cameras
+  decoder.addEventListener("warning", ({ detail }) => detail.cameras);
   const groups: readonly Group[] = decoder.groups ?? [];
   const start: bigint | undefined = groups[0]?.start;
   if (start !== undefined) await decoder.seek({ time: start });

@@ -100,8 +100,8 @@ class MeshGeometry extends BufferGeometry {
     this.#fill("normal", mesh.normals, 3);
     this.#fill("uv", mesh.uvs, 2);
     this.#fill("vertexColour", mesh.colours, 4);
-    this.#fill("index", mesh.indices, 1);
-    this.setDrawRange(0, mesh.indices.length);
+    this.#fill("index", mesh.faces, 1);
+    this.setDrawRange(0, mesh.faces.length);
     this.#extent.setFromArray(mesh.positions);
     this.boundingBox = this.#extent.clone();
     this.boundingSphere = this.#extent.getBoundingSphere(this.boundingSphere ?? new Sphere());

@@ -5,6 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, test } from "node:test";
 
+import { onReports } from "../../testing/reports.mjs";
 import { createDecoder } from "../../decoder/dist/index.js";
 import { SoftwareVideo } from "../../decoder/dist/software_video.js";
 import { replaceFirst } from "../../decoder/test/edit_streams.mjs";
@@ -18,7 +19,7 @@ after(done);
 /** Layout and samples of a clip's video, and its pictures. */
 async function samplesOf(name) {
   const source = new Uint8Array(readFileSync(clips[name]));
-  const decoder = await createDecoder({ source, video: "samples" });
+  const decoder = await createDecoder({ source, video: "encoded" });
   const samples = [];
   for await (const frame of decoder) samples.push(frame.samples[0]);
   return { layout: decoder.configuration.videos[0], samples };
@@ -128,12 +129,12 @@ test("invalid configuration records", async () => {
   }
 });
 
-test("a damaged sample in a stream is a corrupt event; its frame has no picture", async () => {
+test("a damaged sample in a stream is reported as damage; its frame has no picture", async () => {
   const bytes = new Uint8Array(readFileSync(clips.h264));
   const changed = replaceFirst("VPKT", bytes, (payload) => payload.fill(0xff, 40));
   const decoder = await createDecoder({ source: changed, videoFallback: () => import("../dist/index.js") });
   const corrupt = [];
-  decoder.addEventListener("corrupt", ({ detail }) => corrupt.push(detail));
+  onReports(decoder, ["damage"], (_, detail) => corrupt.push(detail));
   const pictures = [];
   for await (const frame of decoder) {
     pictures[frame.number] = frame.pictures.length;

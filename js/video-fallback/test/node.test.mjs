@@ -5,6 +5,7 @@ import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { after, test } from "node:test";
 
+import { onReports } from "../../testing/reports.mjs";
 import { createDecoder } from "../../decoder/dist/index.js";
 import { nativePictures } from "../../decoder/test/native.mjs";
 import { loadPictures } from "../../shading/src/pictures.js";
@@ -26,14 +27,13 @@ async function bytesOf(image) {
 async function play(options, each = () => {}) {
   const decoder = await createDecoder({ videoFallback, ...options });
   const reports = [];
-  for (const type of ["warning", "corrupt", "gap"])
-    decoder.addEventListener(type, ({ detail }) => reports.push({ type, detail }));
+  onReports(decoder, ["warning", "damage", "gap"], (type, detail) => reports.push({ type, detail }));
   const frames = [];
   for await (const frame of decoder) {
     const pictures = [];
-    for (const { track, image } of frame.pictures) {
-      assert.equal(image.timestamp, Math.round(frame.seconds * 1e6), "a picture of another time");
-      pictures.push({ track, hash: sha256(await bytesOf(image)) });
+    for (const { track, picture } of frame.pictures) {
+      assert.equal(picture.timestamp, Math.round(frame.seconds * 1e6), "a picture of another time");
+      pictures.push({ track, hash: sha256(await bytesOf(picture)) });
     }
     frames.push({ number: frame.number, pictures });
     await each(frame);
@@ -80,7 +80,7 @@ test("a codec that cannot be decoded is reported once, and frames have no pictur
   const cases = [
     [{ source: read("av1") }, /av01.*not in it/],
     [{ source: read("hevc"), videoFallback: unloadable }, /hvc1.*404/],
-    [{ source: read("hevc"), videoFallback: undefined, video: "pictures" }, /hvc1.*no decoder/],
+    [{ source: read("hevc"), videoFallback: undefined, video: "decoded" }, /hvc1.*no decoder/],
   ];
   for (const [options, expected] of cases) {
     const { frames, reports } = await play(options);

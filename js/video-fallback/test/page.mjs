@@ -24,16 +24,15 @@ async function bytesOf(image) {
 async function decode(name, how, options) {
   const decoder = await createDecoder({ source: `/range/${name}`, videoFallback, ...options });
   const warnings = [];
-  for (const type of ["warning", "corrupt"])
-    decoder.addEventListener(type, ({ detail }) => warnings.push(detail.message));
+  decoder.addEventListener("warning", ({ detail }) => warnings.push(detail.message));
   const pictures = [];
   for await (const frame of decoder) {
-    for (const { track, image } of frame.pictures) {
-      const { format, timestamp } = image;
+    for (const { track, picture } of frame.pictures) {
+      const { format, timestamp } = picture;
       const late = timestamp - Math.round(frame.seconds * 1e6);
-      const isFrame = typeof VideoFrame === "function" && image instanceof VideoFrame;
+      const isFrame = typeof VideoFrame === "function" && picture instanceof VideoFrame;
       // A browser's own decoder may return RGB.
-      const hash = /^I420/.test(format) ? hex(await crypto.subtle.digest("SHA-256", await bytesOf(image))) : null;
+      const hash = /^I420/.test(format) ? hex(await crypto.subtle.digest("SHA-256", await bytesOf(picture))) : null;
       pictures.push({ track, hash, format, late, isFrame });
     }
     frame.close();

@@ -18,13 +18,14 @@ function checkFile(url, { file, bytes, crc32c: crc } = {}, what) {
     throw invalid(url, `${what} lacks its file name, size or CRC`);
 }
 
-function backgroundsOf(url, { backgrounds = [] }) {
-  if (!Array.isArray(backgrounds)) throw invalid(url, "backgrounds is not a list");
-  for (const one of backgrounds) {
-    checkFile(url, one ?? {}, "a background");
-    if (!isCount(one.track)) throw invalid(url, "a background has no track");
+function environmentsOf(url, { environments, backgrounds = [] }) {
+  const listed = environments ?? backgrounds;
+  if (!Array.isArray(listed)) throw invalid(url, "environments is not a list");
+  for (const one of listed) {
+    checkFile(url, one ?? {}, "an environment");
+    if (!isCount(one.track)) throw invalid(url, "an environment has no track");
   }
-  return backgrounds;
+  return listed;
 }
 
 /** The groups as playback expects them, with their files. */
@@ -90,7 +91,7 @@ export class SegmentSource extends SectionSource {
   #network;
   #cache;
   #configuration = null;
-  #backgrounds = [];
+  #environments = [];
   #heads = new Map(); // bytes of configurations, by file
   #current = null; // the group that was yielded last
   #files = null; // of rungs: {rung, bitRate, ..., configuration, files}; null: there is no ladder
@@ -111,7 +112,7 @@ export class SegmentSource extends SectionSource {
     }
     segments.groups = groupsOf(url, manifest);
     segments.#configuration = manifest.configuration;
-    segments.#backgrounds = backgroundsOf(url, manifest);
+    segments.#environments = environmentsOf(url, manifest);
     segments.#files = rungsOf(url, manifest);
     if (segments.#files) {
       segments.#tick = tickOf(url, manifest);
@@ -174,7 +175,7 @@ export class SegmentSource extends SectionSource {
 
   /** The environment of a track, {track, data}; null: the manifest lists none. */
   async environment(track, signal) {
-    const entry = this.#backgrounds.find((one) => one.track === track);
+    const entry = this.#environments.find((one) => one.track === track);
     if (!entry) return null;
     const bytes = await this.#file(entry, signal);
     const data = chunkPayload(bytes);

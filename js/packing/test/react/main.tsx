@@ -24,8 +24,8 @@ function Clip() {
       />
       <button onClick={() => player.current!.play()}>Play</button>
       <output>{`${frame} ${source} ${played} ${player.current?.shadows}`}</output>
-      {/* @ts-expect-error there is no such quality */}
-      <FvvPlayer quality="best" hidden />
+      {/* @ts-expect-error there is no such ratio */}
+      <FvvPlayer pixelRatio="best" hidden />
       <fvv-player
         src="clip.fvv"
         hidden

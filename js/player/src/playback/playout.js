@@ -76,7 +76,9 @@ export class Playout {
       now,
     );
     // The length of some sources is known only at their end.
-    decoder.addEventListener("corrupt", ({ detail }) => (this.#damage ??= detail));
+    decoder.addEventListener("warning", ({ detail }) => {
+      if (detail.severity === "error" && detail.code !== "gap") this.#damage ??= detail;
+    });
     decoder.addEventListener("groups", () => this.#seconds && this.#learnGroups());
   }
 

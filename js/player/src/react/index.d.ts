@@ -20,7 +20,7 @@ type Settable =
   | "navigation"
   | "touchAction"
   | "viewMode"
-  | "quality"
+  | "pixelRatio"
   | "rung"
   | "visibleBy"
   | "blend"
@@ -42,13 +42,11 @@ interface Listeners {
   onCameraChange?: Handler<"camera-change">;
   onCanPlay?: Handler<"canplay">;
   onCanPlayThrough?: Handler<"canplaythrough">;
-  onCorrupt?: Handler<"corrupt">;
   onDurationChange?: Handler<"durationchange">;
   onEmptied?: Handler<"emptied">;
   onEnded?: Handler<"ended">;
   onError?: Handler<"error">;
   onFrameChange?: Handler<"framechange">;
-  onGap?: Handler<"gap">;
   onLoadedData?: Handler<"loadeddata">;
   onLoadedMetadata?: Handler<"loadedmetadata">;
   onLoadStart?: Handler<"loadstart">;

@@ -12,7 +12,7 @@ const EVENTS = Object.fromEntries(
       " ",
     ),
     ..."Playing Progress RateChange Seeked Seeking Stalled Suspend TimeUpdate VolumeChange Waiting".split(" "),
-    ..."FrameChange OptionsChange RungChange Warning Gap Corrupt".split(" "),
+    ..."FrameChange OptionsChange RungChange Warning".split(" "),
   ].map((name) => [`on${name}`, `on${name.toLowerCase()}`]),
 );
 EVENTS.onCameraChange = "oncamera-change";

@@ -39,9 +39,9 @@ void main() {
 };
 
 /** Decodes the pictures of all environments. Returns [{parts, lights, images}]. */
-export function decodeBackgrounds(backgrounds) {
+export function decodeEnvironments(environments) {
   return Promise.all(
-    backgrounds.map(async ({ parts, lights, pictures }) => {
+    environments.map(async ({ parts, lights, pictures }) => {
       const images = pictures.map(({ data, type }) =>
         createImageBitmap(new Blob([data], { type }), { colorSpaceConversion: "none", premultiplyAlpha: "none" }),
       );
@@ -71,7 +71,7 @@ export class Environment {
     return this.#parts.length === 0;
   }
 
-  /** environments: the result of decodeBackgrounds. */
+  /** environments: the result of decodeEnvironments. */
   show(environments) {
     this.#clear();
     for (const { parts, images } of environments)

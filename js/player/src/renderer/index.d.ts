@@ -1,4 +1,4 @@
-import { Background, Camera, Frame } from "@fvv/decoder";
+import { Camera, Environment, Frame } from "@fvv/decoder";
 import { View } from "../view.js";
 
 export { View };
@@ -91,7 +91,7 @@ export class Renderer extends EventTarget {
   show(frame: Frame): Promise<boolean>;
   /** Shows no frame, only the environment, until the next call of show. */
   clear(): void;
-  setBackgrounds(backgrounds: readonly Background[]): Promise<boolean>;
+  setEnvironments(environments: readonly Environment[]): Promise<boolean>;
   needsDraw(view: View, options?: DrawOptions): boolean;
   /** Sets the canvas to the view's size. Returns false if the picture would be the same as the last one, or the context is
    * lost. */

@@ -3,7 +3,7 @@
 
 import { checkTexturing, layoutOf, loadPictures, MAX_BEST, MAX_VIEWS, viewsOf } from "@fvv/shading";
 
-import { decodeBackgrounds } from "./environment.js";
+import { decodeEnvironments } from "./environment.js";
 import { boundsOf } from "./matrices.js";
 import { Pipeline } from "./pipeline.js";
 import { Uploads } from "./resources.js";
@@ -132,7 +132,7 @@ export class Renderer extends EventTarget {
   #content = null;
   #environments = [];
   #turn = 0;
-  #backgroundTurn = 0;
+  #environmentTurn = 0;
   #changed = true;
   #last = null; // {view, options, key, outlined} of the last picture
   #listeners = { webglcontextlost: (event) => this.#lose(event), webglcontextrestored: () => this.#restore() };
@@ -209,11 +209,11 @@ export class Renderer extends EventTarget {
     this.#changed = true;
   }
 
-  /** backgrounds: of the decoder. Of several concurrent calls the last one wins. */
-  async setBackgrounds(backgrounds) {
-    const turn = ++this.#backgroundTurn;
-    const environments = await decodeBackgrounds(backgrounds);
-    const late = turn !== this.#backgroundTurn;
+  /** environments: of the decoder. Of several concurrent calls the last one wins. */
+  async setEnvironments(found) {
+    const turn = ++this.#environmentTurn;
+    const environments = await decodeEnvironments(found);
+    const late = turn !== this.#environmentTurn;
     closeImages(late ? environments : this.#environments);
     if (late) return false;
     this.#environments = environments;
@@ -313,7 +313,7 @@ export class Renderer extends EventTarget {
 
   close() {
     this.#turn++;
-    this.#backgroundTurn++;
+    this.#environmentTurn++;
     for (const [type, listener] of Object.entries(this.#listeners)) this.#canvas.removeEventListener(type, listener);
     this.#pipeline?.close();
     this.#pipeline = null;

@@ -212,7 +212,7 @@ export class MeshBuffers {
       const bytes = mesh[name] instanceof Uint8Array;
       gl.vertexAttribPointer(i, components, bytes ? gl.UNSIGNED_BYTE : gl.FLOAT, bytes, 0, 0);
     });
-    this.#buffer("indices", gl.ELEMENT_ARRAY_BUFFER).write(mesh.indices);
+    this.#buffer("indices", gl.ELEMENT_ARRAY_BUFFER).write(mesh.faces);
     gl.bindVertexArray(null);
   }
 
@@ -220,7 +220,7 @@ export class MeshBuffers {
     const gl = this.#gl;
     gl.bindVertexArray(this.#array);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.#buffer("indices").buffer);
-    gl.drawElements(gl.TRIANGLES, this.#mesh.indices.length, gl.UNSIGNED_INT, 0);
+    gl.drawElements(gl.TRIANGLES, this.#mesh.faces.length, gl.UNSIGNED_INT, 0);
     gl.bindVertexArray(null);
   }
 
@@ -231,7 +231,7 @@ export class MeshBuffers {
     const buffer = this.#buffer("edges", gl.ELEMENT_ARRAY_BUFFER);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer.buffer);
     if (!this.#edges) {
-      this.#edges = edgesOf(this.#mesh.indices);
+      this.#edges = edgesOf(this.#mesh.faces);
       buffer.write(this.#edges);
     }
     gl.drawElements(gl.LINES, this.#edges.length, gl.UNSIGNED_INT, 0);

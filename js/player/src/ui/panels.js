@@ -2,7 +2,6 @@
 
 import { COMMANDS, MOVES } from "../navigation/keys.js";
 import { cameraColour } from "../renderer/surface.js";
-import { QUALITIES } from "../resolution.js";
 import { MODES, SPEEDS, sceneOf } from "./commands.js";
 import { bitrateText, element, iconButton, icons, megabytes, rateText, select, toggle, leavesOut } from "./widgets.js";
 
@@ -182,7 +181,13 @@ export class CamerasPanel {
   }
 }
 
-const QUALITY_NAMES = { auto: "Automatic", high: "High", medium: "Medium", low: "Low" };
+/** Pixels for a pixel of the page. */
+const PIXEL_RATIOS = [
+  ["auto", "Automatic"],
+  ["2", "High"],
+  ["1", "Medium"],
+  ["0.5", "Low"],
+];
 const BLENDS = [
   ["", "As the stream says"],
   ["viewer", "Cameras near the viewer"],
@@ -220,11 +225,7 @@ export class SettingsPanel {
         SPEEDS.map((speed) => [speed, rateText(speed)]),
         (value) => (player.playbackRate = Number(value)),
       ),
-      quality: choose(
-        "Quality",
-        QUALITIES.map((name) => [name, QUALITY_NAMES[name]]),
-        (value) => (player.quality = value),
-      ),
+      pixelRatio: choose("Resolution", PIXEL_RATIOS, (value) => (player.pixelRatio = value)),
       rung: choose("Stream", [["auto", "Automatic"]], (value) => (player.rung = value)),
       visibleBy: choose("Visibility by", VISIBLE_BY, (value) => (player.visibleBy = value)),
       loop: flip("Loop", "loop"),
@@ -254,7 +255,7 @@ export class SettingsPanel {
         action("Clear loop range", commands.clearLoop),
       ),
       i.loop.row,
-      i.quality.row,
+      i.pixelRatio.row,
       i.rung.row,
       i.visibleBy.row,
       i.blend.row,
@@ -306,10 +307,10 @@ export class SettingsPanel {
 
   update() {
     const player = this.#player;
-    const { speed, quality, rung, visibleBy, loop, blend, environment, shadows, grid, fly, stats } = this.#inputs;
+    const { speed, pixelRatio, rung, visibleBy, loop, blend, environment, shadows, grid, fly, stats } = this.#inputs;
     for (const { input } of this.#modes.inputs) input.checked = input.value === player.viewMode;
     speed.input.value = String(player.playbackRate);
-    quality.input.value = player.quality;
+    pixelRatio.input.value = String(player.pixelRatio);
     this.#updateRungs(rung);
     visibleBy.input.value = player.visibleBy;
     loop.input.checked = player.loop;

@@ -72,7 +72,7 @@ class Viewer {
     const player = (this.player = new FvvPlayer());
     player.worker = "worker/counting_worker.js";
     player.loop = true;
-    player.quality = "medium";
+    player.pixelRatio = 1;
     player.cameraOrbit = `0deg 90deg ${POSE.distance}m`;
     player.cameraTarget = "0m 0m 0m";
     player.fieldOfView = `${POSE.fov}rad`;

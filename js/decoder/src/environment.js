@@ -1,13 +1,13 @@
 // The static environment and the lights (clause 18), decoded from the payload of a BACK chunk by a module of its own.
 
 import { FvvError } from "./errors.js";
-import { readBackgroundList, readDiagnostic, readPart } from "./wasm_structs.js";
-import { createBackground } from "./wasm.js";
+import { readEnvironmentList, readDiagnostic, readPart } from "./wasm_structs.js";
+import { createEnvironment } from "./wasm.js";
 
 /** payload: {track, data}. module(): the compiled module. */
-async function readBackground({ track, data }, { module, session }) {
+async function readEnvironment({ track, data }, { module, session }) {
   const { limits } = session;
-  const core = await createBackground(await module(), limits.memory);
+  const core = await createEnvironment(await module(), limits.memory);
   const { exports } = core;
   const fail = (status) => {
     const diagnostic = readDiagnostic(core.memory, exports.fvvback_diagnostic());
@@ -19,7 +19,7 @@ async function readBackground({ track, data }, { module, session }) {
   new Uint8Array(core.memory.buffer, address, data.length).set(data);
   const status = exports.fvvback_load(address, data.length, limits.maxVertices, limits.maxFaces, limits.maxDimension);
   if (status < 0) fail(status);
-  const { codecs, partCount, pictures, lights } = readBackgroundList(core.memory, exports.fvvback_data());
+  const { codecs, partCount, pictures, lights } = readEnvironmentList(core.memory, exports.fvvback_data());
   await session.lendCodecs(core, codecs);
   const parts = Array.from({ length: partCount }, (_, i) => {
     const part = exports.fvvback_part(i);
@@ -29,14 +29,14 @@ async function readBackground({ track, data }, { module, session }) {
   return { track, parts, pictures, lights };
 }
 
-/** The environments of a stream in the order of arrival: one per background track and configuration. */
+/** The environments of a stream in the order of arrival: one per environment track and configuration. */
 export class Environments {
   #module;
   #session;
   #emit;
   tracks = new Set();
   #configuration = null;
-  /** emit("background", environment; null: the former ones are no longer valid), emit("corrupt", error). */
+  /** emit("environment", environment; null: the former ones are no longer valid), emit("warning", error). */
   constructor({ module, session, emit }) {
     this.#module = module;
     this.#session = session;
@@ -45,7 +45,7 @@ export class Environments {
   /** configuration: the digest in the header of a group. */
   begin(configuration) {
     if (configuration === this.#configuration) return;
-    if (this.tracks.size) this.#emit("background", null);
+    if (this.tracks.size) this.#emit("environment", null);
     this.#configuration = configuration;
     this.tracks.clear();
   }
@@ -56,12 +56,12 @@ export class Environments {
       this.tracks.add(payload.track);
       const configuration = this.#configuration;
       try {
-        const found = await readBackground(payload, { module: this.#module, session: this.#session });
-        if (configuration === this.#configuration) this.#emit("background", found);
+        const found = await readEnvironment(payload, { module: this.#module, session: this.#session });
+        if (configuration === this.#configuration) this.#emit("environment", found);
       } catch (error) {
         if (!(error instanceof FvvError)) throw error;
         error.fatal = false;
-        this.#emit("corrupt", error);
+        this.#emit("warning", error);
       }
     }
   }
