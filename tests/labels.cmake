@@ -20,7 +20,7 @@ set(FVV_CORE_FOLDERS base container mesh calibration visibility video background
 # Entries that are not of cost "area", by name.
 set(FVV_QUICK_TESTS "quick: style" "quick: conformance" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
 set(FVV_WHOLE_TESTS "cli: style" "js: build the video fallback" "js: (packages|samples|browser|sound|site)" "js: docs: (samples|pages)"
-  "js: video fallback: .*" "js: player: .*" "js: live" "js: ladder" "charts: .*" "install: .*" "samples" "fuzz: (mutations|amplification)"
+  "js: video fallback: .*" "js: player: .*" "js: live" "js: ladder" "js: settle" "charts: .*" "install: .*" "samples" "fuzz: (mutations|amplification)"
   "conformance: (decoders|rendering)" "cli: sweep" "python: .*" "cli: .*")
 set(FVV_NIGHTLY_TESTS "real: .*" "js: matrix" "js: player: endurance")
 
