@@ -25,10 +25,7 @@ ELSEWHERE = "by "
 NOT = "not run: "
 HOW = {
     ("README.md", "./run demo"): ELSEWHERE + "continuous integration itself",
-    ("README.md", "pip install .[capture]"): OPTIONS,
     ("README.md", "cc -std=c99 consumer.c"): ELSEWHERE + "the test of the installation",
-    ("README.md", "c++ -std=c++17"): ELSEWHERE + "the test of the installation",
-    ("README.md", "pip install ./conformance"): ELSEWHERE + "the tests of the conformance runner",
     ("docs/tools/calibration.md", "fvvimport colmap sparse/0"): EACH_LINE,
     ("docs/tools/calibration.md", "fvvimport capture"): EACH_LINE,
     ("docs/evidence/fuzzing.md", "./run fuzz"): ELSEWHERE + "continuous integration itself",
@@ -51,6 +48,17 @@ HOW = {
     ("docs/encoding/hdr.md", "fvvsynth -o big"): NOT + "a measurement",
     ("docs/evidence/matrix.md", "./run matrix"): NOT + "needs other compilers, and takes half an hour",
     ("docs/guide/your-own-capture.md", "fvvcapture shoot"): OPTIONS,
+    ("docs/guide/command-line.md", "pip install .[capture]"): OPTIONS,
+    ("docs/guide/libraries.md", "cc -std=c99 consumer.c"): ELSEWHERE + "the test of the installation",
+    ("docs/guide/libraries.md", "c++ -std=c++17"): ELSEWHERE + "the test of the installation",
+    ("docs/guide/write-a-decoder.md", "pip install ./conformance"): ELSEWHERE
+    + "the tests of the conformance runner",
+    ("docs/guide/write-a-decoder.md", "fvv-conformance sweep"): ELSEWHERE
+    + "the tests of the conformance runner",
+    ("docs/guide/comparison.md", "ffmpeg -i"): NOT + "a file of another project",
+    ("docs/guide/comparison.md", "pip install fourdgs"): NOT + "a program of another project",
+    ("docs/guide/comparison.md", "npm install -g"): NOT + "a program of another project",
+    ("docs/guide/comparison.md", "git clone"): NOT + "a program of another project",
     ("bindings/python/README.md", "pip install ."): ELSEWHERE + "./run wheels",
     ("bindings/python/README.md", "python -m fvv info"): ELSEWHERE + "python: command",
     ("bindings/python/README.md", "clip = fvv.open"): ELSEWHERE + "python: notebook",
@@ -80,7 +88,8 @@ LANGUAGES = {
     "js": ELSEWHERE + "js: docs: samples",
     "html": ELSEWHERE + "js: docs: samples",
 }
-PYTHON_README = "bindings/python/README.md"
+# Those of bindings/python/tests/test_readme.py.
+PYTHON_PAGES = {"bindings/python/README.md", "README.md", "docs/guide/python.md"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,7 +127,7 @@ def samples() -> tuple[list[Sample], set]:
             row = next((r for r in HOW if r[0] == file and text.lstrip().startswith(r[1])), None)
             unused.discard(row)
             how = HOW[row] if row else LANGUAGES.get(language, "")
-            if not row and language in {"python", "py"} and file in {PYTHON_README, "README.md"}:
+            if not row and language in {"python", "py"} and file in PYTHON_PAGES:
                 how = ELSEWHERE + "python: readme"
             line = content.count("\n", 0, match.start("text"))
             found.append(Sample(file, line, language, match["mark"] or "", text, how))

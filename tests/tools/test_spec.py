@@ -76,6 +76,10 @@ def test_the_page_about_draco_names_every_part_that_the_checker_reports():
     assert [part for part in sorted(parts) if part not in page] == []
 
 
+def test_the_readme_is_short():
+    assert len((ROOT / "README.md").read_text().split()) <= 900
+
+
 def test_pages_that_files_name_are_there():
     """Help, comments and messages name pages by their path from the root; the build of the documentation checks links."""
     name = re.compile(r"(?<![\w/.-])docs/[\w./-]*\w\.md\b")

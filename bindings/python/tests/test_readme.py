@@ -1,4 +1,4 @@
-"""The Python samples of README.md, of the package and of the project, run."""
+"""The Python samples of the READMEs of the package and of the project, and of the guide, run."""
 
 import re
 import shutil
@@ -6,7 +6,7 @@ import shutil
 import pytest
 from conftest import ROOT
 
-PAGES = ["bindings/python/README.md", "README.md"]
+PAGES = ["bindings/python/README.md", "README.md", "docs/guide/python.md"]
 SAMPLES = [s for page in PAGES for s in re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)]
 
 

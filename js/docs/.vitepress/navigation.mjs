@@ -21,8 +21,14 @@ export const navigation = [
 ];
 
 const guide = [
-  page("Your own capture in ten minutes", "/guide/your-own-capture"),
   page("Overview", "/overview"),
+  page("Your own capture in ten minutes", "/guide/your-own-capture"),
+  page("The command line", "/guide/command-line"),
+  page("Read in Python", "/guide/python"),
+  page("Libraries", "/guide/libraries"),
+  page("In a three.js scene", "/guide/three"),
+  page("Live", "/guide/live"),
+  page("Write a decoder", "/guide/write-a-decoder"),
   page("Concepts", "/guide/concepts"),
   page("Browsers", "/guide/browsers"),
   page("Questions", "/guide/questions"),
@@ -104,6 +110,7 @@ export function sidebar(references) {
     group("Format", format),
     group("Evidence", proof),
     group("Project", [
+      page("Where things are", "/project/repository"),
       page("Packages", "/packaging"),
       page("Releases", "/project/release"),
       page("Binary interface", "/project/abi"),

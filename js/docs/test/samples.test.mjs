@@ -3,7 +3,8 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 
@@ -52,16 +53,28 @@ function completed(text) {
 }
 
 describe("samples", { skip: missingBrowser("chromium") }, () => {
-  let served, browser;
+  let made, served, browser;
   before(async () => {
-    served = await serveFolder();
-    const at = (name) => join(served.folder, name);
-    tool("fvvsynth", "-o", at("capture"), "--rig", "small", "--cameras", "4", "--frames", "6", "--size", "160x96");
+    made = mkdtempSync(join(tmpdir(), "fvv-samples-"));
+    const stream = join(made, "players.fvv");
+    tool(
+      "fvvsynth",
+      "-o",
+      join(made, "capture"),
+      "--rig",
+      "small",
+      "--cameras",
+      "4",
+      "--frames",
+      "6",
+      "--size",
+      "160x96",
+    );
     tool(
       "fvvmux",
-      at("capture"),
+      join(made, "capture"),
       "-o",
-      at("players.fvv"),
+      stream,
       "--max-error",
       "0.5",
       "--ladder",
@@ -69,6 +82,9 @@ describe("samples", { skip: missingBrowser("chromium") }, () => {
       "--video-tracks",
       "2",
     );
+    served = await serveFolder({ clip: stream });
+    const at = (name) => join(served.folder, name);
+    copyFileSync(stream, at("players.fvv"));
     copyFileSync(at("players.fvv"), at("scan.fvv"));
     writeFileSync(at("favicon.ico"), "");
     // As the page of the player says; npx finds the packages in js.
@@ -85,6 +101,7 @@ describe("samples", { skip: missingBrowser("chromium") }, () => {
   after(async () => {
     await browser?.close();
     served?.close();
+    if (made) rmSync(made, { recursive: true, force: true });
   });
 
   test("there are samples", () => {
