@@ -19,7 +19,7 @@ function viewAt(bounds, up, turns) {
   eye[(axis + 2) % 3] += 2.2 * radius * Math.sin(angle);
   eye[axis] += 0.5 * sign * radius;
   const upwards = [0, 0, 0].map((_, i) => (i === axis ? sign : 0));
-  return viewFromPose({ eye, target: centre, up: upwards, fov: 0.8, ...SIZE });
+  return viewFromPose({ eye, target: centre, up: upwards, fov: 46, ...SIZE });
 }
 
 /** Waits until drawing has finished. */

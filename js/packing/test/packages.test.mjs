@@ -200,7 +200,7 @@ describe("pages", { skip: missingBrowser("chromium") }, () => {
     const { decoded, worker } = await page.evaluate(() => ({ ...document.body.dataset }));
     assert.ok(Number(decoded) > 100);
     assert.equal(worker, "true");
-    await page.evaluate(() => document.querySelector("fvv-player").setPose({ fov: 0.5 }));
+    await page.evaluate(() => document.querySelector("fvv-player").setPose({ fov: 30 }));
     await page.waitForSelector('[data-moved="script"]');
     await page.close();
     assert.deepEqual(browser.troubles.splice(0), []);

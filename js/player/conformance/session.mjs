@@ -48,7 +48,7 @@ export function posesOf(count, facts, size) {
 
 /** Arguments of viewFromPose. */
 function poseOf({ eye, target, up, focal }, [width, height]) {
-  return { eye, target, up, fov: 2 * Math.atan(height / (2 * focal)), width, height };
+  return { eye, target, up, fov: (360 / Math.PI) * Math.atan(height / (2 * focal)), width, height };
 }
 
 /** Options of fvvrender. */

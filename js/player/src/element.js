@@ -390,15 +390,6 @@ export class FvvPlayer extends ViewpointElement {
     done.catch(({ message }) => this.#interface.notify(`This is not possible here: ${message}`));
   }
 
-  /** Whether the view moves, or is about to be drawn again. */
-  get isMoving() {
-    return this._stage?.busy ?? false;
-  }
-  /** The canvas as RGBA, top row first: {width, height, data}. */
-  readPixels() {
-    return this._stage.renderer.readPixels();
-  }
-
   /** Whether the stream has sound. */
   get hasSound() {
     return this.#sound.present;

@@ -6,7 +6,7 @@ export { View, viewFromCamera, viewFromPose } from "./view.js";
 
 type Vector = [number, number, number];
 
-/** Metres of the stream; fov: vertical, radians. */
+/** Metres of the stream; fov: vertical, degrees. */
 export interface Pose {
   eye: Vector;
   target: Vector;
@@ -228,10 +228,6 @@ export class FvvPlayer extends HTMLElement {
   readonly isFullscreen: boolean;
   toggleFullscreen(): void;
   readonly stats: Stats;
-  /** Whether a picture is about to be drawn. */
-  readonly isMoving: boolean;
-  /** The canvas as RGBA, top row first. */
-  readPixels(): { width: number; height: number; data: Uint8ClampedArray };
 
   addEventListener<T extends keyof FvvPlayerEventMap>(
     type: T,

@@ -15,7 +15,7 @@ export interface View {
 
 type Vector = readonly [number, number, number];
 
-/** fov: vertical, in radians. */
+/** fov: vertical, in degrees. */
 export function viewFromPose(pose: {
   eye: Vector;
   target: Vector;
@@ -27,9 +27,3 @@ export function viewFromPose(pose: {
 /** Without lens distortion; the camera's whole picture fits into width x height. */
 export function viewFromCamera(camera: Camera, width?: number, height?: number): View;
 export function eyeOf(view: View): [number, number, number];
-/** Pixels of the screen for a pixel of the cameras' pictures at the target; null: no camera is calibrated. */
-export function shownScale(
-  pose: { eye: Vector; target: Vector; fov: number },
-  height: number,
-  cameras: readonly Camera[],
-): number | null;

@@ -3,14 +3,22 @@
 
 import { cross, dot, length, subtract } from "./vectors.js";
 
+export const radiansOf = (degrees) => (degrees * Math.PI) / 180;
+export const degreesOf = (radians) => (radians * 180) / Math.PI;
+
 function direction(a, problem) {
   const size = length(a);
   if (!(size > 1e-12)) throw new RangeError(problem);
   return a.map((x) => x / size);
 }
 
-/** eye looks at target; fov: vertical, radians; width, height: of the picture in pixels. */
-export function viewFromPose({ eye, target, up, fov, width, height }) {
+/** eye looks at target; fov: vertical, degrees; width, height: of the picture in pixels. */
+export function viewFromPose({ fov, ...pose }) {
+  return viewOf({ ...pose, fov: radiansOf(fov) });
+}
+
+/** The same of a pose of the navigator, which has radians. */
+export function viewOf({ eye, target, up, fov, width, height }) {
   const z = direction(subtract(target, eye), "eye and target are the same point");
   const x = direction(cross(z, direction(up, "up has no length")), "up points along the line of sight");
   const y = cross(z, x);

@@ -13,6 +13,7 @@ import {
   parseTarget,
 } from "./navigation/view_text.js";
 import { MODES } from "./renderer/surface.js";
+import { degreesOf, radiansOf } from "./view.js";
 
 /** Values of the attribute quality, which pixel-ratio has replaced; it remains for one version. */
 const FORMER_QUALITIES = { high: 2, medium: 1, low: 0.5 };
@@ -78,9 +79,10 @@ export class ViewpointElement extends MediaElement {
     };
   }
 
+  /** fov: vertical, degrees. */
   getPose() {
     const { eye, target, up, fov } = this._navigator.pose;
-    return { eye: [...eye], target: [...target], up: [...up], fov };
+    return { eye: [...eye], target: [...target], up: [...up], fov: degreesOf(fov) };
   }
   /** Calls move as soon as there is a frame. The promise resolves to false if the source fails or is replaced before. */
   #withFrame(move) {
@@ -103,11 +105,18 @@ export class ViewpointElement extends MediaElement {
    * interrupts the movement.
    */
   setPose(pose, { duration = 0 } = {}) {
-    if (!isPose({ ...this.getPose(), ...pose }))
+    const given = { ...pose };
+    if (given.fov !== undefined) {
+      given.fov = radiansOf(given.fov);
+      // Version 0.1 had radians.
+      if (pose.fov > 0 && pose.fov < Math.PI)
+        console.warn(`<fvv-player>: fov is in degrees, and ${pose.fov} are very few`);
+    }
+    if (!isPose({ ...this._navigator.pose, ...given }))
       throw new TypeError(
-        "pose: expected {eye, target, up, fov}: three vectors of three numbers, and radians below pi",
+        "pose: expected {eye, target, up, fov}: three vectors of three numbers, and degrees below 180",
       );
-    return this.#withFrame(() => this._navigator.goTo({ ...this.getPose(), ...pose }, duration));
+    return this.#withFrame(() => this._navigator.goTo({ ...this._navigator.pose, ...given }, duration));
   }
   resetView({ duration = 0 } = {}) {
     return this._navigator.goTo(this._firstPose, duration);

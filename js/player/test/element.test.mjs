@@ -214,7 +214,7 @@ for (const name of ["chromium", "firefox"])
 
     test("the view of a camera is exact", async () => {
       await press("2");
-      await until(() => window.player.camera !== null && !window.player.isMoving);
+      await until(() => window.player.camera !== null && !window.player._stage?.busy);
       const { pose, camera } = await ask(() => {
         const { id, centre, rotation } = window.player.cameras[1];
         return { pose: window.player.getPose(), camera: { id, centre, rotation } };
@@ -223,7 +223,7 @@ for (const name of ["chromium", "firefox"])
       assert.equal(await ask(() => window.player.camera), camera.id);
       await screen("camera");
       await press("0");
-      await until(() => window.player.camera === null && !window.player.isMoving);
+      await until(() => window.player.camera === null && !window.player._stage?.busy);
     });
 
     test("cameras can be switched off, and shown in the scene", async () => {
@@ -235,7 +235,7 @@ for (const name of ["chromium", "firefox"])
       const ids = await ask(() => window.player.cameras.map(({ id }) => id));
       for (let i = 1; i <= ids.length; i++) await click(`.cameras li:nth-child(${i}) .switch input`);
       assert.deepEqual(await ask(() => window.player.colourCameras), []);
-      await until(() => !window.player.isMoving);
+      await until(() => !window.player._stage?.busy);
       assert.ok((await colourful()) < whole / 20);
       await ask(() => {
         window.player.unseen = null;
@@ -262,7 +262,8 @@ for (const name of ["chromium", "firefox"])
         seen.add(
           await ask(() => {
             let sum = 0;
-            for (const [i, byte] of window.player.readPixels().data.entries()) sum = (sum * 31 + byte * (i % 7)) % 1e9;
+            for (const [i, byte] of window.player._stage.renderer.readPixels().data.entries())
+              sum = (sum * 31 + byte * (i % 7)) % 1e9;
             return sum;
           }),
         );
@@ -292,7 +293,7 @@ for (const name of ["chromium", "firefox"])
       }));
       assert.ok(url.includes("#fvv=t:0.6;eye:3,2,4"), url);
       await page.reload();
-      await until(() => window.player?.readyState === 4 && !window.player.isMoving);
+      await until(() => window.player?.readyState === 4 && !window.player._stage?.busy);
       assert.equal(await ask(() => window.player.currentFrame), 15);
       const again = await ask(() => window.player.getPose());
       again.eye.forEach((x, i) => assert.ok(Math.abs(x - pose.eye[i]) < 2e-3, `${again.eye}`));

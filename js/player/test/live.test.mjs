@@ -52,7 +52,7 @@ for (const name of ["chromium", "firefox"])
       assert.ok(share > 0.02 && share < 0.6, `${share} of the picture is coloured`);
 
       await press("k");
-      await until(() => window.player.paused && !window.player.isMoving);
+      await until(() => window.player.paused && !window.player._stage?.busy);
       const [frame, [azimuth]] = [await ask(() => window.player.currentFrame), await orbit()];
       await press("ArrowLeft");
       await wait(1500);

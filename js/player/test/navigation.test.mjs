@@ -28,7 +28,7 @@ import {
   putIntoHash,
 } from "../src/navigation/view_text.js";
 import { dot, length, subtract } from "../src/vectors.js";
-import { viewFromPose } from "../src/view.js";
+import { viewOf } from "../src/view.js";
 
 function assertClose(found, wanted, tolerance = 1e-6) {
   found.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) < tolerance, `${found} is not ${wanted}`));
@@ -93,7 +93,7 @@ test("the first view shows the whole scene from the direction of the first camer
     const pose = homePose(extent, [upright], axes, aspect);
     const { forward } = directionsOf(pose);
     assert.ok(forward[2] < -0.9);
-    const view = viewFromPose({ ...pose, width: 100 * aspect, height: 100 });
+    const view = viewOf({ ...pose, width: 100 * aspect, height: 100 });
     for (let i = 0; i < 8; i++) {
       const [x, y, z] = [0, 1, 2].map((axis) => ((i >> axis) & 1 ? extent.high : extent.low)[axis]);
       const { rotation: r, translation: t, fx, cx, cy } = view;
@@ -240,12 +240,13 @@ describe("written", () => {
     assert.deepEqual(parseTarget(formatTarget([0.12, -3, 4]), [0, 0, 0]), [0.12, -3, 4]);
   });
   test("bookmarks", () => {
-    const pose = { eye: [1.23456, 2, -3], target: [0, 1, 0], up: [0, 1, 0], fov: Math.PI / 4 };
+    const pose = { eye: [1.23456, 2, -3], target: [0, 1, 0], up: [0, 1, 0], fov: 45 };
     const text = formatBookmark({ seconds: 1.28, pose, camera: null });
     const found = parseBookmark(text);
     assert.equal(found.seconds, 1.28);
     assert.equal(found.camera, null);
     assertClose(found.pose.eye, [1.235, 2, -3]);
+    assert.equal(found.pose.fov, 45);
     assert.equal(parseBookmark(formatBookmark({ seconds: 0, pose, camera: 3 })).camera, 3);
     assert.deepEqual(parseBookmark("t:x;eye:1,2;fov:9"), { seconds: null, camera: null, pose: null });
     const hash = putIntoHash("#chapter=2&fvv=old", "fvv", text);

@@ -58,14 +58,14 @@ export function drivePage(page, screens, name) {
   /** The fraction of coloured pixels; background and grid are grey. */
   const colourful = () =>
     ask(() => {
-      const { data } = window.player.readPixels();
+      const { data } = window.player._stage.renderer.readPixels();
       let count = 0;
       for (let i = 0; i < data.length; i += 4)
         count += Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 40;
       return count / (data.length / 4);
     });
   const orbit = () => ask(() => window.player.getCameraAttributes().cameraOrbit.split(" ").map(parseFloat));
-  const still = () => until(() => !window.player.isMoving);
+  const still = () => until(() => !window.player._stage?.busy);
   const seekTo = async (frame) => {
     await ask((frame) => {
       window.player.pause();

@@ -43,13 +43,13 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
   const { ask, until, screen, boxOf, press, still, seekTo } = driver;
   const load = async (name) => {
     await ask((name) => (window.player.src = `${name}.fvv`), name);
-    await until(() => window.player.readyState === 4 && !window.player.isMoving);
+    await until(() => window.player.readyState === 4 && !window.player._stage?.busy);
     await still();
   };
   /** The brightness of the middle of the picture: mean, and standard deviation. */
   const brightness = (on = page) =>
     on.evaluate(() => {
-      const { data, width, height } = window.player.readPixels();
+      const { data, width, height } = window.player._stage.renderer.readPixels();
       const values = [];
       for (let y = Math.floor(0.35 * height); y < 0.65 * height; y++)
         for (let x = Math.floor(0.3 * width); x < 0.7 * width; x++) {
@@ -67,7 +67,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     await ask(() => window.player.setPose({ eye: [0, 30, 0], target: [3, 30, 0] }));
     await still();
     const { above, below } = await ask(() => {
-      const { data, width } = window.player.readPixels();
+      const { data, width } = window.player._stage.renderer.readPixels();
       return { above: Array.from(data.subarray(4 * width, 4 * width + 3)), below: Array.from(data.subarray(-4, -1)) };
     });
     [238, 240, 243].forEach((value, i) => assert.ok(Math.abs(below[i] - value) <= 1, `${below} below`));
@@ -134,7 +134,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
 
   test("another source resets the view, the loop and the choice of cameras", async () => {
     await press("3");
-    await until(() => window.player.camera !== null && !window.player.isMoving);
+    await until(() => window.player.camera !== null && !window.player._stage?.busy);
     await ask(() => Object.assign(window.player, { colourCameras: [1], selectedCamera: 2 }));
     await load("meshes");
     const state = await ask(() => {
@@ -171,7 +171,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     }
     // Each cell has a picture, with the colours of the players.
     const colours = await ask((cells) => {
-      const { data, width, height } = window.player.readPixels();
+      const { data, width, height } = window.player._stage.renderer.readPixels();
       return cells.map((cell) => {
         const seen = new Set();
         for (let y = Math.ceil(cell.y * height); y < (cell.y + cell.height) * height; y++)
@@ -212,7 +212,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     const phone = await browser.newPage("about:blank", 390, 600);
     await phone.setViewport({ width: 390, height: 600, hasTouch: true, isMobile: true });
     await phone.goto(`${served.url}page.html`);
-    await phone.waitForFunction(() => window.player?.readyState === 4 && !window.player.isMoving);
+    await phone.waitForFunction(() => window.player?.readyState === 4 && !window.player._stage?.busy);
     await phone.evaluate(() => {
       document.querySelector("main").append(Object.assign(document.createElement("div"), { className: "tall" }));
     });
@@ -226,10 +226,10 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     await swipe(0, -90);
     assert.ok((await phone.evaluate(() => scrollY)) > 40, "the page did not scroll");
     await phone.evaluate(() => scrollTo(0, 0));
-    await phone.waitForFunction(() => !window.player.isMoving);
+    await phone.waitForFunction(() => !window.player._stage?.busy);
     assert.ok(Math.abs((await orbit()) - before) < 3, "the scene turned");
     await swipe(-90, 0);
-    await phone.waitForFunction(() => !window.player.isMoving);
+    await phone.waitForFunction(() => !window.player._stage?.busy);
     assert.ok(Math.abs((await orbit()) - before) > 10, "the scene did not turn");
     await phone.evaluate(() => window.player.setAttribute("touch-action", "none"));
     await swipe(0, -90);
@@ -246,7 +246,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
       window.player.load();
     });
     await other.waitForFunction(() => window.player.readyState === 4 && window.player.unsupportedCodecs.length > 0);
-    await other.waitForFunction(() => !window.player.isMoving);
+    await other.waitForFunction(() => !window.player._stage?.busy);
     await other.addScriptTag({ url: "axe.js" });
     const violations = await other.evaluate(async () => (await window.axe.run(document)).violations);
     assert.deepEqual(
@@ -261,7 +261,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     assert.match(text, /does not decode H\.264.*Firefox.*@fvv\/video-fallback/);
     // The mesh has the colours of its vertices: skin, a red and a blue shirt; the background is bluish.
     const coloured = await other.evaluate(() => {
-      const { data } = window.player.readPixels();
+      const { data } = window.player._stage.renderer.readPixels();
       let count = 0;
       for (let i = 0; i < data.length; i += 4) count += data[i] - data[i + 2] > 40 ? 1 : 0;
       return count;

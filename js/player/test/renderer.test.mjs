@@ -83,7 +83,7 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
     eye: [5 * Math.sin(angle), 1.6, 5 * Math.cos(angle)],
     target: [0, 0.9, 0],
     up: [0, 1, 0],
-    fov: 0.6,
+    fov: 34.4,
     width: size[0],
     height: size[1],
   });

@@ -142,7 +142,7 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     browser = await openBrowser("chromium");
     page = await browser.newPage(`${served.url}xr_page.html`, ...size);
     await until(() => window.player?.readyState === 4);
-    await until(() => window.player.hasEnvironment && !window.player.isMoving);
+    await until(() => window.player.hasEnvironment && !window.player._stage?.busy);
   });
   after(async () => {
     await browser?.close();
@@ -256,12 +256,14 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
 
   test("after the session the page has its picture again", async () => {
     await ask(() => window.player.exitImmersive());
-    await until(() => window.player.immersive === null && !window.player.isMoving);
+    await until(() => window.player.immersive === null && !window.player._stage?.busy);
     assert.equal(await ask(() => window.player.hasAttribute("immersive")), false);
     const { width, height } = await ask(() => window.player.stats);
     assert.deepEqual([width, height], [608, 342]);
     await screen("left");
-    assert.ok(await ask(() => new Set(new Uint32Array(window.player.readPixels().data.buffer)).size > 500));
+    assert.ok(
+      await ask(() => new Set(new Uint32Array(window.player._stage.renderer.readPixels().data.buffer)).size > 500),
+    );
   });
 
   test("over the real world there is nothing around the mesh", async () => {

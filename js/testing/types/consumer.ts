@@ -40,7 +40,7 @@ async function open(url: string): Promise<Decoder> {
 
 async function drawAll(decoder: Decoder, canvas: HTMLCanvasElement): Promise<void> {
   const renderer = new Renderer(canvas);
-  const from = { eye: [0, 1, 3], target: [0, 1, 0], up: [0, 1, 0], fov: 0.7 } as const;
+  const from = { eye: [0, 1, 3], target: [0, 1, 0], up: [0, 1, 0], fov: 40 } as const;
   for await (const frame of decoder) {
     await renderer.show(frame);
     const camera = frame.camera(0);
@@ -72,7 +72,7 @@ async function play(source: Blob): Promise<void> {
   await player.play().catch((error: unknown) => {
     if (error instanceof FvvError) console.error(error.code, error.offset);
   });
-  await player.setPose({ fov: 0.5 }, { duration: 1 });
+  await player.setPose({ fov: 30 }, { duration: 1 });
   player.addEventListener("timeupdate", () => console.log(player.currentTime, player.stats.framesShown));
 }
 

@@ -1,7 +1,7 @@
 // The viewer's pose over time: smoothed movements by pointer and keys, journeys to other poses, and views through a camera
 // of the stream. The caller provides the time.
 
-import { viewFromCamera, viewFromPose } from "../view.js";
+import { viewFromCamera, viewOf } from "../view.js";
 import {
   axesOf,
   between,
@@ -247,7 +247,7 @@ export class Navigator extends EventTarget {
 
   /** The view for the renderer. */
   view(width, height) {
-    const free = viewFromPose({ ...this.pose, width, height });
+    const free = viewOf({ ...this.pose, width, height });
     const { camera, weight } = this.#lens;
     if (!camera || weight === 0) return free;
     const through = viewFromCamera(camera, width, height);

@@ -1,5 +1,6 @@
 // Views as text: in attributes of the element, and as bookmarks in the address of its page.
 
+import { radiansOf } from "../view.js";
 import { isPose } from "./pose.js";
 
 const ANGLES = { deg: Math.PI / 180, rad: 1 };
@@ -54,7 +55,7 @@ export function formatBookmark({ seconds, pose, camera }) {
   const view =
     camera !== null
       ? `camera:${camera}`
-      : `eye:${list(pose.eye)};at:${list(pose.target)};up:${list(pose.up)};fov:${short((pose.fov * 180) / Math.PI)}`;
+      : `eye:${list(pose.eye)};at:${list(pose.target)};up:${list(pose.up)};fov:${short(pose.fov)}`;
   return `t:${short(seconds)};${view}`;
 }
 
@@ -68,12 +69,12 @@ export function parseBookmark(text) {
     eye: numbers("eye"),
     target: numbers("at"),
     up: numbers("up"),
-    fov: (numbers("fov")[0] * Math.PI) / 180,
+    fov: numbers("fov")[0],
   };
   return {
     seconds: Number.isFinite(seconds) ? seconds : null,
     camera: Number.isInteger(camera) ? camera : null,
-    pose: isPose(pose) ? pose : null,
+    pose: isPose({ ...pose, fov: radiansOf(pose.fov) }) ? pose : null,
   };
 }
 

@@ -105,7 +105,6 @@ export class Renderer extends EventTarget {
     options?: DrawOptions,
     framebuffer?: WebGLFramebuffer | null,
   ): boolean;
-  readPixels(): { width: number; height: number; data: Uint8ClampedArray };
   close(): void;
 }
 

@@ -113,7 +113,7 @@ class Viewer {
     if (this.player.stats.drawnFrames > drawnFrames) this.#readDrawn();
   }
   #readDrawn() {
-    const { mesh, picture } = readBoard(this.player.readPixels());
+    const { mesh, picture } = readBoard(this.player._stage.renderer.readPixels());
     const { currentFrame } = this.player;
     if (mesh !== currentFrame || picture !== currentFrame)
       this.#fault(`frame ${currentFrame}: mesh ${mesh}, pictures ${picture}`);
