@@ -22,6 +22,8 @@ from .writer import camera_names, option_texts
 
 _PLAN = "plan.cbor"
 _KEY = "plan.json"
+#: Seconds that a failed call waits for groups that are being encoded, as they write into the folder.
+_LAST_WAIT = 60.0
 
 
 def mux(
@@ -123,7 +125,8 @@ class _Run:
             finished, _ = concurrent.futures.wait(
                 self._pending, return_when=concurrent.futures.FIRST_COMPLETED
             )
-            for task in finished:
+            # In order, so that of groups that fail together the first one is reported.
+            for task in sorted(finished, key=self._pending.__getitem__):
                 group, tries = self._pending.pop(task)
                 try:
                     self.seconds[group] = task.result()
@@ -135,10 +138,12 @@ class _Run:
                     self._done(group)
 
     def cancel(self) -> None:
-        """Waits for tasks that cannot be cancelled, as they write into the folder."""
-        for task in self._pending:
-            task.cancel()
-        concurrent.futures.wait(self._pending)
+        """Waits for tasks that cannot be cancelled, as they write into the folder; for a while, as their worker may be lost.
+
+        `concurrent.futures.wait` never returns for a task that is cancelled unless its executor has noticed, which Dask's does not.
+        """
+        running = [task for task in self._pending if not task.cancel()]
+        concurrent.futures.wait(running, timeout=_LAST_WAIT)
 
     def _submit(self, group: int, tries: int) -> None:
         task = self._executor.submit(_encode, self._capture, self._work, self.digest, group, self._threads)

@@ -184,6 +184,64 @@ def test_failing_storage_is_tried_again(capture, whole, tmp_path):
     assert os.listdir(tmp_path) == ["out.fvv"]
 
 
+class Unnoticed(concurrent.futures.Executor):
+    """As Dask's: a future that is cancelled stays so, and whoever waits for it is never told. Groups fail, or never end."""
+
+    def __init__(self, failing, running=()):
+        self.failing, self.running = failing, running
+
+    def submit(self, function, *arguments):
+        future = concurrent.futures.Future()
+        if function is not fvv.distributed._encode:
+            future.set_running_or_notify_cancel()
+            future.set_result(function(*arguments))
+        elif (group := arguments[3]) in self.failing:
+            future.set_exception(fvv.DamagedError(f"group {group}"))
+        elif group in self.running:
+            future.set_running_or_notify_cancel()
+        return future
+
+
+def ends(seconds, call):
+    """What call raises; the test fails when it does not return."""
+    raised = []
+
+    def run():
+        try:
+            call()
+        except Exception as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(seconds)
+    assert not thread.is_alive(), "the call does not return"
+    return raised[0]
+
+
+@pytest.mark.parametrize("failing, running", [((1,), ()), ((3, 2), ()), ((4, 2, 3), (1,))])
+def test_a_failure_ends_the_call_whatever_the_other_groups_do(
+    capture, tmp_path, monkeypatch, failing, running
+):
+    """It waits for no cancelled group, and not for ever for one that runs; the error is that of the first group that failed."""
+    monkeypatch.setattr(fvv.distributed, "_LAST_WAIT", 0.5)
+    pool = Unnoticed(failing, running)
+    error = ends(60, lambda: fvv.distributed.mux(capture, tmp_path / "out.fvv", pool, **OPTIONS))
+    assert isinstance(error, fvv.DamagedError) and str(error) == f"group {min(failing)}"
+    assert os.listdir(tmp_path) == []
+
+
+def test_groups_that_fail_together_on_a_cluster(capture, tmp_path):
+    moved = shutil.copytree(capture, tmp_path / "in")
+    for frame in range(2, 9):
+        broken = sorted(moved.rglob(f"*{frame:04}.png"))[0]
+        broken.write_bytes(broken.read_bytes()[:100])
+    with cluster(2) as client:
+        error = ends(120, lambda: fvv.distributed.mux(moved, tmp_path / "out.fvv", client, **OPTIONS))
+    assert isinstance(error, fvv.DamagedError), error
+    assert os.listdir(tmp_path) == ["in"]
+
+
 def test_warnings_are_those_of_one_run(capture, tmp_path):
     starved = {"group": 3, "bitrate": "8k", "max_error": None, "budget": "1mm"}
     with warnings.catch_warnings(record=True) as one:
