@@ -18,7 +18,7 @@ set(FVV_TEST_TOOLS fvvcompare fvvdemux fvvimport fvvinfo fvvmux fvvrecover fvvre
 set(FVV_CORE_FOLDERS base container mesh calibration visibility video background stream)
 
 # Entries that are not of cost "area", by name.
-set(FVV_QUICK_TESTS "quick: style" "quick: conformance" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
+set(FVV_QUICK_TESTS "quick: style" "quick: conformance" "cli: layers" "cli: words" "cli: labels" "cli: reference" "js: .* are current")
 set(FVV_WHOLE_TESTS "cli: style" "js: build the video fallback" "js: (packages|samples|browser|sound|site)" "js: docs: (samples|pages)"
   "js: video fallback: .*" "js: player: .*" "js: live" "js: ladder" "js: settle" "charts: .*" "install: .*" "samples" "fuzz: (mutations|amplification)"
   "conformance: (decoders|rendering)" "cli: sweep" "python: .*" "cli: .*")
