@@ -71,7 +71,7 @@ def touch(fvv, frame):
         if frame.mesh
         else None,
         lambda: frame.visibility,
-        lambda: frame.images,
+        lambda: frame.pictures,
     ):
         with contextlib.suppress(fvv.Error):
             read()

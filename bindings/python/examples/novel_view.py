@@ -29,7 +29,7 @@ def main(path, out):
         # A camera's view from the pictures of the others: what is not drawn from its own picture can be compared with it.
         camera = next(iter(frame.cameras))
         drawn = fvv.render(clip, frame, camera, exclude=[camera], layers=True)
-        photographed = frame.images[camera].whole()
+        photographed = frame.pictures[camera].whole()
 
     scale = drawn.pixels.shape[0] // photographed.shape[0]
     same_size = drawn.pixels.reshape(len(photographed), scale, photographed.shape[1], scale, 3).mean(

@@ -135,7 +135,7 @@ class ClipFrame(Frame):
         loaded = {i: self._stream.camera(self.index, i) for i, _ in self._description.cameras}
         return ByCamera(self._description, [i for i, c in loaded.items() if c is not None], loaded.get)
 
-    def _load_images(self) -> ByCamera[Picture]:
+    def _load_pictures(self) -> ByCamera[Picture]:
         shown = [i for i in self._stream.picture_cameras(self.index) if i != ATLAS]
         return ByCamera(self._description, shown, lambda i: self._stream.picture(self.index, i))
 

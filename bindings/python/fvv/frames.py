@@ -64,7 +64,7 @@ class Frame(abc.ABC):
     def __init__(self) -> None:
         self._meshes: dict[int, Mesh | None] = {}
         self._cameras: ByCamera[Camera] | None = None
-        self._images: ByCamera[Picture] | None = None
+        self._pictures: ByCamera[Picture] | None = None
 
     @property
     @abc.abstractmethod
@@ -88,7 +88,7 @@ class Frame(abc.ABC):
     def _load_cameras(self) -> ByCamera[Camera]: ...
 
     @abc.abstractmethod
-    def _load_images(self) -> ByCamera[Picture]: ...
+    def _load_pictures(self) -> ByCamera[Picture]: ...
 
     @abc.abstractmethod
     def _load_atlas(self) -> Picture | None: ...
@@ -126,11 +126,11 @@ class Frame(abc.ABC):
         return self._cameras
 
     @property
-    def images(self) -> ByCamera[Picture]:
+    def pictures(self) -> ByCamera[Picture]:
         """The pictures of the cameras that the video shows at this time."""
-        if self._images is None:
-            self._images = self._load_images()
-        return self._images
+        if self._pictures is None:
+            self._pictures = self._load_pictures()
+        return self._pictures
 
     @property
     def atlas(self) -> Picture | None:
@@ -151,7 +151,7 @@ class Frame(abc.ABC):
     def _repr_png_(self) -> bytes | None:
         """What notebooks show: the picture of the first camera, else the mesh. None: there is neither, or it is damaged."""
         try:
-            for picture in self.images.values():
+            for picture in self.pictures.values():
                 return png(shrunk(on_screen(picture.whole())))
             drawn = self._draw_mesh()
         except Error:
@@ -198,7 +198,7 @@ class ReceivedFrame(Frame):
         known = [i for i, _ in self._description.cameras if found.get(i) is not None]
         return ByCamera(self._description, known, found.get)
 
-    def _load_images(self) -> ByCamera[Picture]:
+    def _load_pictures(self) -> ByCamera[Picture]:
         found = self._received.pictures
         return ByCamera(self._description, [i for i in found if i != ATLAS], found.get)
 

@@ -20,7 +20,7 @@ from .meshes import MeshArrays, MeshLike, mesh_arrays
 from .outputs import FileOutput, FolderOutput, ObjectOutput, Target, output_of
 
 #: By identifier or name of a camera, or in the order of `Writer.cameras`, None where there is nothing.
-Images = Union[Mapping[Key, Any], Sequence[Any]]
+Pictures = Union[Mapping[Key, Any], Sequence[Any]]
 _SIZES = {"tile", "video_size"}
 _INPUTS = {"meshes", "atlas", "pictures", "masks", "fps", "units"}
 _OF_CAPTURES = {"frames", "verify", "skip_bad_frames", *_INPUTS}
@@ -167,19 +167,19 @@ class Writer:
     def add(
         self,
         mesh: MeshLike | None = None,
-        images: Images | None = None,
-        masks: Images | None = None,
+        pictures: Pictures | None = None,
+        masks: Pictures | None = None,
         *,
         time: float | Fraction | None = None,
-        calibration: Images | None = None,
-        visibility: Images | None = None,
+        calibration: Pictures | None = None,
+        visibility: Pictures | None = None,
     ) -> None:
         """The next frame. Arrays are copied.
 
         mesh: an `fvv.Mesh`, (positions, indices[, normals[, uvs]]), or an object with vertices and faces; None: the stage is
-        empty. images, masks, calibration, visibility: by camera. The first frame says which cameras have them; all
+        empty. pictures, masks, calibration, visibility: by camera. The first frame says which cameras have them; all
         frames have the same.
-        images: (height, width, 3) of the camera's size: uint8 sRGB, uint16 for video of more than 8 bits, floats for OpenEXR
+        pictures: (height, width, 3) of the camera's size: uint8 sRGB, uint16 for video of more than 8 bits, floats for OpenEXR
         (linear light, 1 for white). masks: (height, width) uint8, above 127 where the scene is, or bool.
         calibration: the `Camera` of this frame. visibility: uint8 (vertices,), 0 nothing to 255 everything.
         time: seconds; has to be that of the frame at the writer's rate, counted from the first frame's.
@@ -189,12 +189,12 @@ class Writer:
             where = f"frame {self.frames}"
             arrays = None if mesh is None else mesh_arrays(mesh, f"{where}: mesh")
             found = (
-                self._by_camera(images, "images", where),
+                self._by_camera(pictures, "pictures", where),
                 self._by_camera(masks, "masks", where),
                 self._by_camera(calibration, "calibration", where),
                 self._by_camera(visibility, "visibility", where),
             )
-            pictures = None if found[0] is None else [_pixels(one) for one in found[0]]
+            pixels = None if found[0] is None else [_pixels(one) for one in found[0]]
             masks_ = None if found[1] is None else [_pixels(one) for one in found[1]]
             self._check_calibration(found[2], where)
             weights = (
@@ -208,10 +208,10 @@ class Writer:
                 self._losses(
                     "texture coordinates are left out: the pictures of a writer are those of cameras"
                 )
-            self._run(lambda: self._core.add(arrays, pictures, masks_, found[2], weights))
+            self._run(lambda: self._core.add(arrays, pixels, masks_, found[2], weights))
 
     def extend(self, frames: Iterable[Mapping[str, Any] | Sequence[Any]]) -> None:
-        """Adds frames, such as those of a generator: dicts of the arguments of `add`, or tuples (mesh, images, masks)."""
+        """Adds frames, such as those of a generator: dicts of the arguments of `add`, or tuples (mesh, pictures, masks)."""
         for frame in frames:
             if isinstance(frame, Mapping):
                 self.add(**frame)
@@ -296,7 +296,7 @@ class Writer:
                 f"{float(given):.6g} s; a moment without a mesh is add(None, ...)"
             )
 
-    def _by_camera(self, given: Images | None, name: str, where: str) -> list[Any] | None:
+    def _by_camera(self, given: Pictures | None, name: str, where: str) -> list[Any] | None:
         """In the order of the cameras, None where there is nothing."""
         if given is None:
             return None
@@ -343,7 +343,9 @@ class Writer:
         )
         for camera, has_image, has_mask in zip(self.cameras, given[0], given[1]):
             if has_mask and not has_image:
-                raise UsageError(f"{where}: masks: expected with an image of camera {camera.id}, found alone")
+                raise UsageError(
+                    f"{where}: masks: expected with a picture of camera {camera.id}, found alone"
+                )
         if not self.frames:  # a first frame that was refused decides nothing
             numerator, denominator = (1 / self.rate).as_integer_ratio()
             flags = list(zip(*given))
@@ -352,7 +354,7 @@ class Writer:
                 name, numerator, denominator, list(self.cameras), flags, self._sounds, up, scale_unknown
             )
             self._given = given
-        for i, name in enumerate(("images", "masks", "calibration", "visibility")):
+        for i, name in enumerate(("pictures", "masks", "calibration", "visibility")):
             if given[i] != self._given[i] and not (name == "visibility" and is_empty):
                 expected, here = (
                     [camera.id for camera, one in zip(self.cameras, flags) if one]

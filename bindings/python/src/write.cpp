@@ -313,7 +313,7 @@ public:
       frame.mesh = mesh_of(mesh.cast<const Mesh &>());
     else if (!mesh.is_none())
       frame.mesh = mesh_of(mesh.cast<py::tuple>(), where + ": mesh");
-    if (pictures) frame.pictures = each<scene::AnyImage>(*pictures, where + ": image", picture);
+    if (pictures) frame.pictures = each<scene::AnyImage>(*pictures, where + ": picture", picture);
     if (masks) frame.masks = each<media::Image>(*masks, where + ": mask", mask_of);
     if (visibility)
       frame.visibility = each<std::vector<uint8_t>>(*visibility, where + ": visibility", weights_of);
@@ -374,7 +374,7 @@ private:
     for (size_t i = 0; i < frame.pictures.size(); i++) {
       const bool none = std::visit([](const auto &image) { return image.pixels.empty(); }, frame.pictures[i]);
       if (!none && frame.pictures[i].index() != wanted)
-        throw Failure(FVV_ERROR_ARGUMENT, where + ": image " + std::to_string(i) + ": expected " +
+        throw Failure(FVV_ERROR_ARGUMENT, where + ": picture " + std::to_string(i) + ": expected " +
                                               names[wanted] + " for this codec and bit_depth, found " +
                                               names[frame.pictures[i].index()]);
     }

@@ -17,7 +17,7 @@ def once(path, i, pictures):
     assert clip[5].mesh.positions.any()
     if pictures:
         frame = clip[5]
-        assert frame.mesh.normals.any() and frame.images[1].pixels.any() and frame.visibility(0) is not None
+        assert frame.mesh.normals.any() and frame.pictures[1].pixels.any() and frame.visibility(0) is not None
     if i % 2:
         clip.close()
 

@@ -53,7 +53,7 @@ def picture(of, value, dtype=numpy.uint8):
 
 
 def read_capture(folder):
-    """Cameras, and a function that gives frame i of a capture of fvvsynth: mesh, images, masks."""
+    """Cameras, and a function that gives frame i of a capture of fvvsynth: mesh, pictures, masks."""
     described = json.loads((folder / "capture.json").read_text())
     cameras = [
         fvv.Camera(

@@ -131,7 +131,7 @@ def test_a_group_whose_configuration_is_lost_has_that_of_a_repetition():
 def test_damaged_pictures(players):
     content = players.read_bytes()
     with fvv.open(content) as clip:
-        expected = [frame.images[2].pixels.tobytes() for frame in clip]
+        expected = [frame.pictures[2].pixels.tobytes() for frame in clip]
         meshes = [frame.mesh.lattice.tobytes() for frame in clip]
         track = next(track.id for track in clip.tracks if track.kind == "video" and track.selected)
     samples = [c for c in container.chunks(content) if c.kind == b"VPKT" and c.track == track]
@@ -142,15 +142,15 @@ def test_damaged_pictures(players):
             for i in order:
                 if i in (2, 3, 4):
                     with pytest.raises(fvv.DamagedError) as caught:
-                        clip[i].images[2]  # noqa: B018
+                        clip[i].pictures[2]  # noqa: B018
                     assert caught.value.chunk == "VPKT"
                 else:
-                    assert clip[i].images[2].pixels.tobytes() == expected[i]
+                    assert clip[i].pictures[2].pixels.tobytes() == expected[i]
         assert [frame.mesh.lattice.tobytes() for frame in clip] == meshes
         assert len(clip.problems) == 1
     frames = frames_of(fed(bad, []))
     assert [frame.ticks for frame in frames] == [0, 1, *range(5, 12)]
-    assert frames[2].images[2].pixels.tobytes() == expected[5]
+    assert frames[2].pictures[2].pixels.tobytes() == expected[5]
 
 
 def test_damaged_sound():
@@ -171,7 +171,7 @@ def test_limits(players):
     with fvv.open(players, limits=fvv.Limits(max_picture_memory=1000)) as clip:
         assert clip[0].mesh.vertex_count
         with pytest.raises(fvv.LimitError, match="max_picture_memory"):
-            clip[0].images[0]  # noqa: B018
+            clip[0].pictures[0]  # noqa: B018
     with fvv.open(players, limits=fvv.Limits(max_tracks=1)) as clip, pytest.raises(fvv.LimitError):
         clip.tracks  # noqa: B018
     assert fvv.check(players, limits=fvv.Limits(max_payload=10_000)).problem_count
@@ -201,7 +201,7 @@ def seen(events):
             frame = event.frame
             out.append((frame.number, frame.ticks, [(t, m.lattice.tobytes(), m.indices.tobytes(), m.normals.tobytes(),
                         None if m.colours is None else m.colours.tobytes()) for t, m in frame.meshes.items()],
-                        [(i, p.pixels.tobytes(), p.source) for i, p in frame.images.items()],
+                        [(i, p.pixels.tobytes(), p.source) for i, p in frame.pictures.items()],
                         [(c.id, c.K.tobytes(), c.R.tobytes(), c.t.tobytes()) for c in frame.cameras.values()],
                         weights_of(frame)))  # fmt: skip
         elif isinstance(event, fvv.SoundEvent):
@@ -226,7 +226,7 @@ def frames_of(events):
     return [event.frame for event in events if isinstance(event, fvv.FrameEvent)]
 
 
-def equal(a, b, images=True):
+def equal(a, b, pictures=True):
     assert (a.ticks, list(a.meshes), list(a.cameras)) == (b.ticks, list(b.meshes), list(b.cameras))
     for track, mesh in a.meshes.items():
         other = b.meshes[track]
@@ -236,10 +236,10 @@ def equal(a, b, images=True):
     for identifier, camera in a.cameras.items():
         assert camera.R.tobytes() == b.cameras[identifier].R.tobytes()
         assert camera.K.tobytes() == b.cameras[identifier].K.tobytes()
-    if images:
-        assert list(a.images) == list(b.images)
-        for identifier, picture in a.images.items():
-            other = b.images[identifier]
+    if pictures:
+        assert list(a.pictures) == list(b.pictures)
+        for identifier, picture in a.pictures.items():
+            other = b.pictures[identifier]
             assert picture.pixels.tobytes() == other.pixels.tobytes() and picture.source == other.source
             assert picture.camera.K.tobytes() == other.camera.K.tobytes()
 
@@ -247,8 +247,8 @@ def equal(a, b, images=True):
 @pytest.mark.parametrize("name", sorted(CONTENTS))
 def test_a_reader_gives_what_a_clip_gives(name):
     # Some vectors have samples with headers alone.
-    images = name == "openexr_bars"
-    events = fed(CONTENTS[name], [100] * 20, pictures=images)
+    pictures = name == "openexr_bars"
+    events = fed(CONTENTS[name], [100] * 20, pictures=pictures)
     assert isinstance(events[-1], fvv.End)
     frames = frames_of(events)
     if name == "tiny_empty":
@@ -256,7 +256,7 @@ def test_a_reader_gives_what_a_clip_gives(name):
     with fvv.open(CONTENTS[name]) as clip:
         assert len(frames) == len(clip)
         for one, other in zip(frames, clip):
-            equal(one, other, images)
+            equal(one, other, pictures)
 
 
 def test_a_reader_decodes_pictures(players):
@@ -412,7 +412,7 @@ def test_a_stream_joined_late(players):
     frames = frames_of(fed(late, [], join=True, pictures=False))
     with fvv.open(content) as clip:
         assert [frame.ticks for frame in frames] == [frame.ticks for frame in clip[5:]]
-        equal(frames[0], clip[5], images=False)
+        equal(frames[0], clip[5], pictures=False)
 
 
 # By hypothesis.
@@ -474,7 +474,7 @@ def values(frame):
     for name, read in {
         "mesh": lambda: [(t, m.lattice.tobytes(), m.indices.tobytes()) for t, m in frame.meshes.items()],
         "cameras": lambda: [(c.id, c.R.tobytes(), c.t.tobytes()) for c in frame.cameras.values()],
-        "images": lambda: [(i, p.pixels.tobytes()) for i, p in frame.images.items()],
+        "pictures": lambda: [(i, p.pixels.tobytes()) for i, p in frame.pictures.items()],
         "visibility": lambda: [
             (i, None if (w := frame.visibility(i)) is None else w.tobytes()) for i in frame.cameras
         ],

@@ -319,10 +319,10 @@ def test_imageio_reads_each_picture_by_its_number(players):
     with fvv.open(players) as clip:
         for index in (7, 0, 11, -2):
             found = iio.imread(players, index=index, camera="cam1")
-            assert (found == clip[index].images[1].whole()).all()
-        assert (iio.imread(players) == clip[0].images[0].whole()).all()
+            assert (found == clip[index].pictures[1].whole()).all()
+        assert (iio.imread(players) == clip[0].pictures[0].whole()).all()
         everything = iio.imread(players, index=..., camera=2)
-        assert everything.shape == (12, 96, 160, 3) and (everything[5] == clip[5].images[2].whole()).all()
+        assert everything.shape == (12, 96, 160, 3) and (everything[5] == clip[5].pictures[2].whole()).all()
         assert [len(picture) for picture in iio.imiter(players, camera=0)] == [96] * 12
         properties = iio.improps(players, index=..., camera=2)
         assert (properties.shape, properties.dtype, properties.n_images) == (everything.shape, "uint8", 12)
@@ -355,8 +355,8 @@ def test_imageio_leaves_other_files_alone(players, tmp_path):
 def test_dlpack_shares_memory(players):
     with fvv.open(players) as clip:
         frame = clip[0]
-        arrays = [frame.mesh.positions, frame.mesh.indices, frame.mesh.colours, frame.images[0].pixels]
-        arrays += [frame.images[0].pixels[::-1, ::2]]
+        arrays = [frame.mesh.positions, frame.mesh.indices, frame.mesh.colours, frame.pictures[0].pixels]
+        arrays += [frame.pictures[0].pixels[::-1, ::2]]
         shared = [numpy.from_dlpack(fvv.interop.shared(array)) for array in arrays]
         copies = [array.copy() for array in arrays]
         for ours, theirs in zip(arrays, shared):

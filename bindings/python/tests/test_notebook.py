@@ -60,12 +60,12 @@ def decoded(png):
 
 def test_a_frame_shows_the_picture_of_its_first_camera(players):
     with fvv.open(players) as clip:
-        assert (decoded(clip[3]._repr_png_()) == clip[3].images[0].whole()).all()
+        assert (decoded(clip[3]._repr_png_()) == clip[3].pictures[0].whole()).all()
         unused = clip[5]
     assert unused._repr_png_() is None  # the clip is closed
     with fvv.open(vector("openexr_bars")) as clip:
         shown = decoded(clip[0]._repr_png_())
-        light = clip[0].images[3].whole().astype(float).clip(0, 1)
+        light = clip[0].pictures[3].whole().astype(float).clip(0, 1)
         low = light <= 0.0031308
         expected = 255 * numpy.where(low, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
         assert shown.shape == light.shape and numpy.abs(shown - expected).max() <= 0.5 + 1e-6

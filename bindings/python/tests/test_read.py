@@ -45,8 +45,8 @@ def test_pictures_are_those_of_fvvdemux(players, unpacked):
     with fvv.open(players) as clip:
         # Backwards and forwards: each order decodes the same.
         for frame in [clip[11], clip[3], *clip[4:9], clip[0]]:
-            assert set(frame.images) == {0, 1, 2}
-            for camera, picture in frame.images.items():
+            assert set(frame.pictures) == {0, 1, 2}
+            for camera, picture in frame.pictures.items():
                 expected = numpy.asarray(Image.open(unpacked / f"cam{camera}/{frame.number:04}.png"))
                 assert same(picture.whole(), expected)
                 x, y, width, height = picture.source
@@ -86,7 +86,7 @@ def test_what_fvvinfo_says(players):
 def test_rungs(players):
     with fvv.open(players) as best, fvv.open(players, rung=1) as small, fvv.open(players, rung=99) as last:
         assert small.rungs[1].scale == pytest.approx(best.rungs[0].scale / 2)
-        sizes = [clip[6].images[0].whole().shape for clip in (best, small, last)]
+        sizes = [clip[6].pictures[0].whole().shape for clip in (best, small, last)]
         assert sizes == [(96, 160, 3), (48, 80, 3), (48, 80, 3)]
         assert [t.selected for t in best.tracks] != [t.selected for t in small.tracks]
     with pytest.raises(fvv.UsageError):
@@ -146,7 +146,7 @@ def test_cameras(players):
             frame.cameras["nothing"]
         with pytest.raises(KeyError):
             frame.cameras[77]
-        assert 77 not in frame.cameras and 1 in frame.images
+        assert 77 not in frame.cameras and 1 in frame.pictures
 
 
 def test_projection(players):
@@ -184,7 +184,7 @@ def test_projection(players):
 def test_the_camera_of_a_picture_projects_into_its_pixels(players):
     with fvv.open(players) as clip:
         frame = clip[0]
-        for identifier, picture in frame.images.items():
+        for identifier, picture in frame.pictures.items():
             x, y, width, height = picture.source
             rows, columns = picture.pixels.shape[:2]
             assert (picture.camera.width, picture.camera.height) == (columns, rows)
@@ -213,7 +213,7 @@ def test_sources_give_the_same(players, tmp_path):
 
     def taste(source):
         with fvv.open(source) as clip:
-            return [(f.ticks, f.mesh.positions.tobytes(), f.images[1].pixels.tobytes()) for f in clip[::4]]
+            return [(f.ticks, f.mesh.positions.tobytes(), f.pictures[1].pixels.tobytes()) for f in clip[::4]]
 
     expected = taste(players)
     assert taste(str(players)) == taste(content) == taste(bytearray(content)) == expected
@@ -306,7 +306,7 @@ def test_read_at_may_not_use_its_clip(players):
 def test_use_after_close(players):
     clip = fvv.open(players)
     frame, unused = clip[5], clip[6]
-    positions, pixels, camera = frame.mesh.positions, frame.images[1].pixels, frame.cameras[2]
+    positions, pixels, camera = frame.mesh.positions, frame.pictures[1].pixels, frame.cameras[2]
     copies = positions.copy(), pixels.copy()
     mesh = frame.mesh
     clip.close()
@@ -322,7 +322,7 @@ def test_use_after_close(players):
         lambda: clip.at(0.1),
         lambda: unused.mesh,
         lambda: unused.time,
-        lambda: unused.images,
+        lambda: unused.pictures,
         lambda: unused.cameras,
         lambda: clip.audio,
         lambda: clip.problems,
@@ -340,7 +340,7 @@ def test_arrays_are_read_only_views(players):
         frame = clip[0]
         mesh, camera = frame.mesh, frame.cameras[0]
         arrays = [mesh.positions, mesh.lattice, mesh.indices, mesh.normals, mesh.colours, mesh.origin,
-                  frame.images[0].pixels, frame.visibility(0), camera.K, camera.R, camera.t, camera.centre,
+                  frame.pictures[0].pixels, frame.visibility(0), camera.K, camera.R, camera.t, camera.centre,
                   camera.distortion]  # fmt: skip
         for one in arrays:
             assert not one.flags.writeable
@@ -352,8 +352,8 @@ def test_arrays_are_read_only_views(players):
         # Two views of one memory, no copies.
         for name in ("positions", "lattice", "indices", "normals", "colours"):
             assert numpy.shares_memory(getattr(mesh, name), getattr(frame.mesh, name))
-        assert numpy.shares_memory(frame.images[0].pixels, numpy.asarray(frame.images[0]))
-        assert numpy.asarray(frame.images[0], dtype=float).dtype == float
+        assert numpy.shares_memory(frame.pictures[0].pixels, numpy.asarray(frame.pictures[0]))
+        assert numpy.asarray(frame.pictures[0], dtype=float).dtype == float
         assert mesh.uvs is None and frame.atlas is None
 
 
@@ -384,7 +384,7 @@ def test_python_allocates_little(players):
 
 
 def digest(clip):
-    return [(f.mesh.positions.tobytes(), f.images[1].pixels.tobytes()) for f in clip]
+    return [(f.mesh.positions.tobytes(), f.pictures[1].pixels.tobytes()) for f in clip]
 
 
 def test_two_threads_read_two_clips(players):
@@ -421,7 +421,7 @@ def test_threads_share_a_clip_and_may_close_it(players):
             try:
                 for i in range(start, start + 12):
                     frame = shared[i % 12]
-                    got = (frame.mesh.positions.tobytes(), frame.images[1].pixels.tobytes())
+                    got = (frame.mesh.positions.tobytes(), frame.pictures[1].pixels.tobytes())
                     if got != expected[i % 12]:
                         failed.append(i)
             except fvv.UsageError as error:

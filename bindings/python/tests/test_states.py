@@ -167,7 +167,7 @@ class Clips(RuleBasedStateMachine):
             with pytest.raises(fvv.UsageError):
                 clip[frame.index]
             fresh = fvv.ClipFrame(clip, frame.index)
-            for name in ("mesh", "cameras", "images", "ticks"):
+            for name in ("mesh", "cameras", "pictures", "ticks"):
                 with pytest.raises(fvv.UsageError):
                     getattr(fresh, name)
 

@@ -45,8 +45,8 @@ def tastes(frame):
     return {
         "positions": lambda: frame.mesh.positions.tobytes(),
         "normals": lambda: frame.mesh.normals.tobytes(),
-        "picture": lambda: frame.images[1].pixels.tobytes(),
-        "whole": lambda: frame.images[0].whole().tobytes(),
+        "picture": lambda: frame.pictures[1].pixels.tobytes(),
+        "whole": lambda: frame.pictures[0].whole().tobytes(),
         "weights": lambda: frame.visibility(2).tobytes(),
         "camera": lambda: frame.cameras[0].project(frame.mesh.positions[:500]).tobytes(),
     }
@@ -136,7 +136,7 @@ def test_readers_of_their_own(players):
         for at in range(0, len(content), size):
             out += reader.feed(content[at : at + size])
         events = out + reader.finish()
-        return [e.frame.images[0].pixels.tobytes() for e in events if isinstance(e, fvv.FrameEvent)]
+        return [e.frame.pictures[0].pixels.tobytes() for e in events if isinstance(e, fvv.FrameEvent)]
 
     alone = frames(10000)
     assert len(alone) == 12

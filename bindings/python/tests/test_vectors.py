@@ -115,7 +115,7 @@ def test_openexr():
     with fvv.open(stream) as clip:
         assert len(clip) == len(samples)
         for frame, sample in zip(clip, samples):
-            picture = frame.images[3]
+            picture = frame.pictures[3]
             assert picture.pixels.dtype == numpy.float16 and picture.pixels.shape == (21, 22, 3)
             assert picture.pixels.astype("<f2").tobytes() == openexr.read(sample)
             assert picture.source == (0, 0, 22, 21) and not picture.pixels.flags.writeable
@@ -132,7 +132,7 @@ def test_layouts_of_groups():
                 lines.append((group, camera))
         # Only what a header needs of each sample is there: it cannot be decoded.
         with pytest.raises(fvv.DamagedError):
-            clip[0].images[0].pixels  # noqa: B018
+            clip[0].pictures[0].pixels  # noqa: B018
     assert lines == sorted(tuple(map(int, line.split()[:2])) for line in listed("tiles_crops", ".txt"))
 
 

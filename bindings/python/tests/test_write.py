@@ -83,8 +83,8 @@ def test_a_writer_is_fvvmux(players, tmp_path, options):
         tmp_path / "own.fvv", rate=25, cameras=cameras, name=described["name"], up=described["up"], **options
     ) as writer:
         for i in range(4):
-            mesh, images, masks = frame(i)
-            writer.add(mesh, images, masks, time=i / 25)
+            mesh, pictures, masks = frame(i)
+            writer.add(mesh, pictures, masks, time=i / 25)
     assert (tmp_path / "own.fvv").read_bytes() == (tmp_path / "theirs.fvv").read_bytes()
     assert writer.summary["frames"] == 4 and writer.frames == 4
 
@@ -157,15 +157,15 @@ def test_pictures_and_masks():
     grey = {3: 60, 1: 120}
     frames = []
     for i in range(5):
-        images = {c.id: picture(c, grey[c.id]) for c in cameras}
+        pictures = {c.id: picture(c, grey[c.id]) for c in cameras}
         masks = {"left": numpy.ones((48, 64), bool), 1: numpy.full((60, 80), 255, numpy.uint8)}
-        frames.append({"mesh": (TETRAHEDRON + 0.01 * i, FACES), "images": images, "masks": masks})
+        frames.append({"mesh": (TETRAHEDRON + 0.01 * i, FACES), "pictures": pictures, "masks": masks})
     content, _ = written(frames, cameras=cameras, name="two", up="+y", background="keep", crop="none", **TINY)
     with fvv.open(content) as clip:
-        assert clip.up == "+y" and list(clip[0].images) == [1, 3]
+        assert clip.up == "+y" and list(clip[0].pictures) == [1, 3]
         for frame in clip:
             for c in cameras:
-                found = frame.images[c.id].whole()
+                found = frame.pictures[c.id].whole()
                 assert found.shape == (c.height, c.width, 3)
                 assert numpy.abs(found.astype(int) - picture(c, grey[c.id])).mean() < 4
                 assert frame.cameras[c.name].K.tobytes() == c.K.tobytes()
@@ -178,9 +178,9 @@ def test_pictures_and_masks():
         cameras=cameras, name="two", up="+y", background="keep", crop="none", **TINY,
     )  # fmt: skip
     assert same == content
-    content, _ = written([(f["mesh"], [f["images"][3], None]) for f in frames], cameras=cameras, **TINY)
+    content, _ = written([(f["mesh"], [f["pictures"][3], None]) for f in frames], cameras=cameras, **TINY)
     with fvv.open(content) as clip:
-        assert list(clip[0].images) == [3] and list(clip[0].cameras) == [1, 3]
+        assert list(clip[0].pictures) == [3] and list(clip[0].cameras) == [1, 3]
 
 
 def test_deep_and_linear_pictures():
@@ -192,14 +192,14 @@ def test_deep_and_linear_pictures():
         [((TETRAHEDRON, FACES), [shades])], cameras=[c], codec="hevc", bit_depth=10, quality=4
     )
     with fvv.open(content) as clip:
-        found = clip[0].images[0].whole()
+        found = clip[0].pictures[0].whole()
         assert found.dtype == numpy.uint16
     light = (numpy.random.default_rng(1).random((48, 64, 3)) * 4).astype(numpy.float16)
     content, _ = written([((TETRAHEDRON, FACES), [light])], cameras=[c], codec="exr", crop="none")
     with fvv.open(content) as clip:
-        assert (clip[0].images[0].pixels == light).all()
+        assert (clip[0].pictures[0].pixels == light).all()
     writer = fvv.Writer(io.BytesIO(), rate=25, cameras=[c], codec="jpeg")
-    with pytest.raises(fvv.UsageError, match="frame 0: image 0: expected uint8 .* found uint16"):
+    with pytest.raises(fvv.UsageError, match="frame 0: picture 0: expected uint8 .* found uint16"):
         writer.add((TETRAHEDRON, FACES), [shades])
     writer.close()
 
@@ -221,7 +221,7 @@ def test_visibility_is_sent():
     weights = numpy.array([255, 0, 255, 128], numpy.uint8)
     content, _ = written(
         [((TETRAHEDRON, FACES), [picture(c, 90)], None)] * 0
-        + [{"mesh": (TETRAHEDRON, FACES), "images": [picture(c, 90)], "visibility": {0: weights}}] * 3,
+        + [{"mesh": (TETRAHEDRON, FACES), "pictures": [picture(c, 90)], "visibility": {0: weights}}] * 3,
         cameras=[c], visibility=None, **TINY,
     )  # fmt: skip
     with fvv.open(content) as clip:
@@ -239,7 +239,7 @@ def test_an_empty_stage():
     content, _ = written([(mesh, [picture(c, 50)]) for mesh in meshes], cameras=[c], **TINY)
     with fvv.open(content) as clip:
         assert [frame.mesh is not None for frame in clip] == [x is not None for x in stage]
-        assert all(frame.images[0].pixels.any() for frame in clip)
+        assert all(frame.pictures[0].pixels.any() for frame in clip)
     with pytest.raises(fvv.UsageError, match="a frame with a mesh"):
         written([(None,), (None,)], **TINY)
 
@@ -250,7 +250,7 @@ def test_cameras_that_move():
     frames = [
         {
             "mesh": (TETRAHEDRON, FACES),
-            "images": [picture(still, 40), picture(first, 90)],
+            "pictures": [picture(still, 40), picture(first, 90)],
             "calibration": {7: place},
         }
         for place in places
@@ -347,7 +347,7 @@ def test_a_ladder():
     content, _ = written([((TETRAHEDRON, FACES), [noise])] * 4, cameras=[c], ladder=(1, 0.5), **TINY)
     with fvv.open(content) as best, fvv.open(content, rung=1) as least:
         assert [rung.scale for rung in best.rungs] == [1, 0.5]
-        assert best[0].images[0].pixels.size > 3 * least[0].images[0].pixels.size
+        assert best[0].pictures[0].pixels.size > 3 * least[0].pictures[0].pixels.size
 
 
 def test_times():
@@ -520,7 +520,7 @@ def test_nothing_leaks(tmp_path):
 
 def test_a_refused_frame_changes_nothing():
     c = camera(4)
-    good = {"mesh": (TETRAHEDRON, FACES), "images": [picture(c, 70)]}
+    good = {"mesh": (TETRAHEDRON, FACES), "pictures": [picture(c, 70)]}
     wrong = {
         "frame 1: mesh: expected a finite number|not finite|finite": {
             "mesh": (TETRAHEDRON * numpy.nan, FACES)
@@ -539,14 +539,16 @@ def test_a_refused_frame_changes_nothing():
             "mesh": (TETRAHEDRON, FACES, TETRAHEDRON[:3])
         },
         "frame 1: mesh: expected an fvv.Mesh": {"mesh": "ball"},
-        "frame 1: images: expected identifiers or names": {"images": {5: picture(c, 70)}},
-        "frame 1: images: expected one for each of 1 cameras, found 2": {"images": [picture(c, 70)] * 2},
-        r"frame 1: images: expected of cameras \[4\], as in the first frame, found of \[\]": {"images": None},
-        "frame 1: camera 4: expected a picture of 64x48 pixels, found 48x64": {
-            "images": [picture(c, 70).swapaxes(0, 1)]
+        "frame 1: pictures: expected identifiers or names": {"pictures": {5: picture(c, 70)}},
+        "frame 1: pictures: expected one for each of 1 cameras, found 2": {"pictures": [picture(c, 70)] * 2},
+        r"frame 1: pictures: expected of cameras \[4\], as in the first frame, found of \[\]": {
+            "pictures": None
         },
-        r"frame 1: image 0: expected uint8, uint16 or floats \(height, width, 3\), found uint8 \(48, 64\)": {
-            "images": [picture(c, 70)[:, :, 0]]
+        "frame 1: camera 4: expected a picture of 64x48 pixels, found 48x64": {
+            "pictures": [picture(c, 70).swapaxes(0, 1)]
+        },
+        r"frame 1: picture 0: expected uint8, uint16 or floats \(height, width, 3\), found uint8 \(48, 64\)": {
+            "pictures": [picture(c, 70)[:, :, 0]]
         },
         r"frame 1: masks: expected of cameras \[\], as in the first frame, found of \[4\]": {
             "masks": [numpy.ones((48, 64), bool)]
@@ -569,11 +571,11 @@ def test_a_refused_first_frame_decides_nothing():
     c, target = camera(), io.BytesIO()
     with fvv.Writer(target, rate=25, cameras=[c], **TINY) as writer:
         with pytest.raises(
-            fvv.UsageError, match="frame 0: masks: expected with an image of camera 0, found alone"
+            fvv.UsageError, match="frame 0: masks: expected with a picture of camera 0, found alone"
         ):
             writer.add(masks=[numpy.ones((48, 64), bool)])
         for wrong in (
-            {"masks": ["none"], "images": [7]},
+            {"masks": ["none"], "pictures": [7]},
             {"mesh": (TETRAHEDRON, FACES + 1), "visibility": [None]},
         ):
             with pytest.raises(fvv.UsageError):
@@ -581,7 +583,7 @@ def test_a_refused_first_frame_decides_nothing():
         writer.add((TETRAHEDRON, FACES), [picture(c, 9)], time=5)
         writer.add((TETRAHEDRON, FACES), [picture(c, 9)], time=5.04)
     with fvv.open(target.getvalue()) as clip:
-        assert len(clip) == 2 and list(clip[0].images) == [0]
+        assert len(clip) == 2 and list(clip[0].pictures) == [0]
 
 
 @pytest.mark.parametrize(

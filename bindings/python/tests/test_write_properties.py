@@ -247,16 +247,16 @@ def test_any_motion_of_a_camera_comes_back(places):
 )
 def test_any_layout_comes_back(sizes, crop, scale):
     rig = [camera(i, 0.1 * i, (width, height)) for i, (width, height, _) in enumerate(sizes)]
-    images = [numpy.full((c.height, c.width, 3), 30 + 40 * c.id, numpy.uint8) for c in rig]
+    pictures = [numpy.full((c.height, c.width, 3), 30 + 40 * c.id, numpy.uint8) for c in rig]
     masks = [numpy.full((c.height, c.width), 255, numpy.uint8) if s[2] else None for c, s in zip(rig, sizes)]
     content = written(
-        [((TETRAHEDRON, FACES), images, masks)] * 2, cameras=rig, codec="jpeg", quality=95, crop=crop, scale=scale,
+        [((TETRAHEDRON, FACES), pictures, masks)] * 2, cameras=rig, codec="jpeg", quality=95, crop=crop, scale=scale,
         visibility="none", colours=False, match_colours=False, texture_inset=False, background="keep",
     )  # fmt: skip
     assert fvv.check(content).ok
     with fvv.open(content) as clip:
         for frame in clip:
-            for i, found in frame.images.items():
+            for i, found in frame.pictures.items():
                 x, y, width, height = found.source
                 assert 0 <= x < x + width <= rig[i].width and 0 <= y < y + height <= rig[i].height
                 middle = found.pixels[found.pixels.shape[0] // 2, found.pixels.shape[1] // 2]
@@ -319,7 +319,7 @@ class Writers(stateful.RuleBasedStateMachine):
     )
     def begin(self, force, pictures, group):
         c = camera(3)
-        self.images = [picture(c, 60)] if pictures else None
+        self.pictures = [picture(c, 60)] if pictures else None
         options = {
             "codec": "jpeg",
             "quality": 30,
@@ -343,7 +343,7 @@ class Writers(stateful.RuleBasedStateMachine):
     def add(self, x):
         mesh = None if x is None else (TETRAHEDRON + [x, 0, 0], FACES)
         try:
-            self.writer.add(mesh, self.images)
+            self.writer.add(mesh, self.pictures)
         except fvv.UsageError:
             assert self.ended
         else:
@@ -357,7 +357,7 @@ class Writers(stateful.RuleBasedStateMachine):
                 {"mesh": (TETRAHEDRON, FACES + 1)},
                 {"mesh": (TETRAHEDRON + numpy.inf, FACES)},
                 {"mesh": 7},
-                {"mesh": None, "images": {4: 0}},
+                {"mesh": None, "pictures": {4: 0}},
                 {"mesh": None, "time": 1e9},
                 {"mesh": None, "masks": ["none"]},
             ]
@@ -383,7 +383,7 @@ class Writers(stateful.RuleBasedStateMachine):
             assert self.ended or not meshes
         else:
             assert not self.ended and meshes
-            assert summary["frames"] == (len(self.stage) if self.images else len(meshes))
+            assert summary["frames"] == (len(self.stage) if self.pictures else len(meshes))
             self.former = self.path.read_bytes()
             with fvv.open(self.former) as clip:
                 for frame in clip:

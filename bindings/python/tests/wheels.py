@@ -25,8 +25,8 @@ for path in vectors:
         for frame in clip:
             mesh = frame.mesh
             assert mesh is None or mesh.positions.shape == (mesh.lattice.shape[0], 3)
-            for camera in frame.images:
-                assert frame.images[camera].pixels.ndim == 3
+            for camera in frame.pictures:
+                assert frame.pictures[camera].pixels.ndim == 3
     assert fvv.check(path).ok
 with fvv.open(next(path for path in vectors if path.stem == "tetrahedron")) as clip:
     mesh = clip[0].mesh

@@ -114,12 +114,12 @@ class FvvPlugin:
         self.close()
 
     def _key(self, frame: ClipFrame, camera: Key | None) -> Key:
-        for key in frame.images if camera is None else [camera]:
+        for key in frame.pictures if camera is None else [camera]:
             return key
         raise UsageError(f"frame {frame.number} has no picture", file=self._clip.name)
 
     def _picture(self, frame: ClipFrame, camera: Key | None) -> Picture:
         key = self._key(frame, camera)
-        if key not in frame.images:
+        if key not in frame.pictures:
             raise UsageError(f"frame {frame.number} has no picture of camera {key}", file=self._clip.name)
-        return frame.images[key]
+        return frame.pictures[key]
