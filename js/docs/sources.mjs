@@ -22,7 +22,9 @@ export function pagesOf() {
     ["bindings/python/README.md", "python/index.md"],
     ["conformance/README.md", "conformance/vectors.md"],
     ["conformance/PROTOCOL.md", "conformance/protocol.md"],
+    ["conformance/reference/listings/README.md", "conformance/listings.md"],
     ["packaging/README.md", "packaging.md"],
+    ["tests/real/README.md", "real-captures.md"],
     ["js/player/conformance/README.md", "js/player-conformance.md"],
   ]);
   for (const name of list("js/docs/pages", ".md")) pages.set(`js/docs/pages/${name}`, name);
