@@ -5,8 +5,8 @@ import { Environments } from "./environment.js";
 import { unlessAborted } from "./abort.js";
 import { FvvError } from "./errors.js";
 import { BufferedTimes, GroupIndex } from "./group_index.js";
-import { Chooser, rungsOf } from "./ladder.js";
 import { ByteRanges } from "./sources/byte_ranges.js";
+import { RungChoice } from "./rung_choice.js";
 import { Session } from "./session.js";
 import { RangeSource, SectionSource, SequentialSource } from "./sources/types.js";
 
@@ -20,10 +20,7 @@ export class Playback {
   #buffered;
   #session;
   #environments;
-  #wantedRung; // "auto", or a rung
-  #shownScale = null; // pixels on the screen for a pixel of the cameras' pictures; null: not known
-  #chooser = new Chooser();
-  #rungs = []; // of the configuration that is played
+  #choice; // of rungs
   #ladder = null; // what GroupPrefetcher has to know of them
   #reported = null; // rung
   #prefetcher = null; // of a ladder that is read in ranges
@@ -52,7 +49,7 @@ export class Playback {
     await playback.#findLadder();
     if (source instanceof SectionSource)
       source.follow(
-        (seconds) => playback.#choices(seconds),
+        (seconds) => playback.#choice.asked(seconds),
         () => playback.#taken,
       );
     playback.about = playback.#describe();
@@ -64,7 +61,7 @@ export class Playback {
     this.#emit = emit;
     this.#want = want;
     this.#selection = selection;
-    this.#wantedRung = rung;
+    this.#choice = new RungChoice(rung, () => source.rungs);
     this.#ranges = new ByteRanges(source);
     const available = function* () {
       yield* this.#ranges;
@@ -136,19 +133,19 @@ export class Playback {
 
   /** "auto" or a rung, from the next group on. */
   setRung(rung) {
-    if (rung === this.#wantedRung) return;
-    this.#wantedRung = rung;
+    if (rung === this.#choice.wanted) return;
+    this.#choice.wanted = rung;
     this.#prefetcher?.renew();
     if (this.#source instanceof SectionSource) this.#source.renew();
   }
   /** Rungs with more pixels than are shown are not chosen. */
   setShownScale(scale) {
-    this.#shownScale = scale;
+    this.#choice.shownScale = scale;
   }
   /** What the network gave, in bits per second, and the seconds that are buffered; null: not known. */
   get network() {
     return {
-      throughput: this.#source.throughput ?? this.#chooser.throughput,
+      throughput: this.#source.throughput ?? this.#choice.chooser.throughput,
       buffer: this.#prefetcher?.buffer ?? this.#source.buffer,
     };
   }
@@ -162,11 +159,11 @@ export class Playback {
     if (!source.frugal) index.keep(0, await source.read(0, first.offset));
     if (!(await index.satisfied(() => session.play(0)))) return;
     this.#setRungs(session.configuration());
-    if (this.#rungs.length < 2) return;
+    if (this.#choice.rungs.length < 2) return;
     source.frugal = true;
     // The table of the group and the bytes of its first picture come at the same time.
     const began = performance.now();
-    const measured = (bytes) => this.#chooser.began(bytes, (performance.now() - began) / 1000);
+    const measured = (bytes) => this.#choice.chooser.began(bytes, (performance.now() - began) / 1000);
     source.lead().then(measured, () => {}); // who reads them reports the error
     this.#lookAhead();
   }
@@ -175,19 +172,18 @@ export class Playback {
     const { groups } = this.#index;
     const fetcher = new RangeFetcher(this.#source, groups, this.#ladder);
     this.#prefetcher =
-      this.#rungs.length > 1 ? new GroupPrefetcher(fetcher, groups, this.#ladder, () => this.#taken) : null;
+      this.#choice.rungs.length > 1 ? new GroupPrefetcher(fetcher, groups, this.#ladder, () => this.#taken) : null;
   }
   #setRungs(configuration) {
-    const rungs = rungsOf(configuration);
-    if (this.#ladder && JSON.stringify(rungs) === JSON.stringify(this.#rungs)) return;
-    this.#rungs = rungs;
+    if (!this.#choice.learn(configuration)) return;
+    const { rungs } = this.#choice;
     const { numerator, denominator } = configuration.timeBase;
     const all = configuration.tracks.map(({ id }) => id);
     this.#ladder = {
-      ...this.#choices((ticks) => (Number(ticks) * numerator) / denominator),
-      rungs: this.#rungs,
+      ...this.#choice.asked((ticks) => (Number(ticks) * numerator) / denominator),
+      rungs,
       leftOut: (rung) => {
-        const taken = this.#rungs[rung].tracks;
+        const taken = rungs[rung].tracks;
         return [
           ...new Set([
             ...all.filter((id) => !taken.includes(id)),
@@ -198,33 +194,6 @@ export class Playback {
       },
     };
   }
-  /** What GroupPrefetcher asks about rungs. seconds(ticks). */
-  #choices(seconds) {
-    const wish = () => (this.#wantedRung === "auto" ? null : this.#wantedRung);
-    return { chooser: this.#chooser, wish, best: () => this.#bestShown(), seconds };
-  }
-  /** Of all rungs: those of the manifest, if each comes in files of its own. */
-  get #allRungs() {
-    return this.#source.rungs ?? this.#rungs;
-  }
-  /** The smallest rung that has a pixel for each pixel of the screen. */
-  #bestShown() {
-    const shown = this.#shownScale;
-    if (shown === null) return 0;
-    return Math.max(
-      0,
-      this.#allRungs.findLastIndex(({ scale }) => scale === null || scale >= shown),
-    );
-  }
-  /** Of a source that is read in order. */
-  get #localRung() {
-    return this.#rungs.length < 2
-      ? null
-      : this.#wantedRung === "auto"
-        ? 0
-        : Math.min(this.#wantedRung, this.#rungs.length - 1);
-  }
-
   /** The configuration of the first group, before anything is played; null: not known yet. */
   async peek() {
     const [session, source, index] = [this.#session, this.#source, this.#index];
@@ -540,7 +509,7 @@ export class Playback {
     }
     this.#environments.begin(about.configuration);
     state.group = { sequence: about.sequence, start: about.start, end: about.end };
-    if (!state.picking && !this.#source.rungs) [state.rung, state.reason] = [this.#localRung, "chosen"];
+    if (!state.picking && !this.#source.rungs) [state.rung, state.reason] = [this.#choice.local, "chosen"];
     state.tracks = this.#shownTracks(state.rung);
     this.#reportRung(state);
     return true;
@@ -548,7 +517,7 @@ export class Playback {
   /** Tracks of video in a rung; null: all. */
   #shownTracks(rung) {
     if (rung === null || this.#source.rungs) return this.#selection;
-    const { tracks } = this.#rungs[rung];
+    const { tracks } = this.#choice.rungs[rung];
     const videos = this.#session.configuration().videos.map(({ track }) => track);
     return videos.filter((track) => tracks.includes(track) && (this.#selection?.includes(track) ?? true));
   }
@@ -556,7 +525,7 @@ export class Playback {
     const { rung, reason } = state;
     if (rung === null || rung === this.#reported) return;
     this.#reported = rung;
-    this.#emit("rung", { ...this.#allRungs[rung], reason, ...this.network });
+    this.#emit("rung", { ...this.#choice.all[rung], reason, ...this.network });
   }
 
   /** Chunks at a time that is no frame, or that follow their frame. */
@@ -598,7 +567,7 @@ export class Playback {
     frame.rung = state.rung;
     if (state.tracks) frame.samples = frame.samples.filter(({ track }) => state.tracks.includes(track));
     if (state.rung !== null && !this.#source.rungs) {
-      const { tracks } = this.#rungs[state.rung];
+      const { tracks } = this.#choice.rungs[state.rung];
       frame.meshes = frame.meshes.filter(({ track }) => tracks.includes(track));
       frame.visibility = frame.visibility.filter(({ track }) => tracks.includes(track));
     }

@@ -196,10 +196,12 @@ export class FvvPlayer extends ViewpointElement {
     else if (name === "view-mode" || name === "controls") this._chooseDrawing();
     else if (name === "rung") this.#chooseRung();
     else if (name === "pixel-ratio" || name === "quality") {
-      if (name === "quality") console.warn("<fvv-player>: the attribute quality is now pixel-ratio: auto, or a number");
-      if (!this._stage) return;
-      this._stage.resolution.pixelRatio = this.pixelRatio;
-      this._stage.wake();
+      if (name === "quality" && value !== null)
+        console.warn("<fvv-player>: the attribute quality is now pixel-ratio: auto, or a number");
+      if (this._stage) {
+        this._stage.resolution.pixelRatio = this.pixelRatio;
+        this._stage.wake();
+      }
     } else if (VIEW_ATTRIBUTES.includes(name)) {
       if (this._stage?.empty === false) this._navigator.goTo(this._firstPose, JOURNEY);
     }

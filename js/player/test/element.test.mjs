@@ -253,6 +253,43 @@ for (const name of ["chromium", "firefox"])
       });
     });
 
+    test("pixel-ratio and degrees; former attributes and units give a warning", async () => {
+      const found = await ask(async () => {
+        const { player } = window;
+        const texts = [];
+        const { warn } = console;
+        console.warn = (text) => texts.push(text);
+        player.pixelRatio = 0.25;
+        const ratios = [player.pixelRatio, player.getAttribute("pixel-ratio")];
+        player.removeAttribute("pixel-ratio");
+        player.setAttribute("quality", "low");
+        ratios.push(player.pixelRatio);
+        player.removeAttribute("quality");
+        ratios.push(player.pixelRatio);
+        await player.setPose({ fov: 60 });
+        const fields = [player.getPose().fov];
+        await player.setPose({ fov: 0.7 });
+        fields.push(player.getPose().fov);
+        await player.resetView();
+        console.warn = warn;
+        return { ratios, texts, fields };
+      });
+      assert.deepEqual(found.ratios, [0.25, "0.25", 0.5, "auto"]);
+      assert.match(found.texts[0], /quality is now pixel-ratio/);
+      assert.match(found.texts[1], /fov is in degrees/);
+      assert.equal(found.texts.length, 2);
+      assert.deepEqual(
+        found.fields.map((fov) => Number(fov.toFixed(6))),
+        [60, 0.7],
+      );
+      await ask(() => (window.player.pixelRatio = 0.5));
+      await until(() => {
+        const canvas = window.player.shadowRoot.querySelector("canvas");
+        return canvas.width === Math.max(1, Math.round(canvas.clientWidth * Math.min(devicePixelRatio, 0.5)));
+      });
+      await ask(() => window.player.removeAttribute("pixel-ratio"));
+    });
+
     test("view modes differ", async () => {
       const seen = new Set();
       for (const mode of ["textured", "weights", "visibility", "wireframe", "normals", "depth"]) {

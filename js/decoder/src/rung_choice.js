@@ -1,0 +1,53 @@
+// Which rung of a stream is wanted, and what decides about it: the caller, how large pictures are shown, and the network.
+
+import { Chooser, rungsOf } from "./ladder.js";
+
+export class RungChoice {
+  #named;
+  #key = null; // of the rungs, as text
+  /** "auto", or a rung. */
+  wanted;
+  /** Pixels on the screen for a pixel of the cameras' pictures; null: not known. Rungs with more pixels are not chosen. */
+  shownScale = null;
+  chooser = new Chooser();
+  /** Of the configuration that is played. */
+  rungs = [];
+
+  /** named(): rungs that the source names because each comes by itself, or null. */
+  constructor(wanted, named) {
+    this.wanted = wanted;
+    this.#named = named;
+  }
+
+  /** Returns whether the configuration has other rungs than the one before. */
+  learn(configuration) {
+    const rungs = rungsOf(configuration);
+    const key = JSON.stringify(rungs);
+    if (key === this.#key) return false;
+    this.#key = key;
+    this.rungs = rungs;
+    return true;
+  }
+  get all() {
+    return this.#named() ?? this.rungs;
+  }
+  /** What GroupPrefetcher asks. seconds(ticks). */
+  asked(seconds) {
+    const wish = () => (this.wanted === "auto" ? null : this.wanted);
+    return { chooser: this.chooser, wish, best: () => this.#bestShown(), seconds };
+  }
+  /** The smallest rung that has a pixel for each pixel of the screen. */
+  #bestShown() {
+    const shown = this.shownScale;
+    if (shown === null) return 0;
+    return Math.max(
+      0,
+      this.all.findLastIndex(({ scale }) => scale === null || scale >= shown),
+    );
+  }
+  /** Of a source that is read in order; null: there is no ladder. */
+  get local() {
+    if (this.rungs.length < 2) return null;
+    return this.wanted === "auto" ? 0 : Math.min(this.wanted, this.rungs.length - 1);
+  }
+}
