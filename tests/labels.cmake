@@ -1,5 +1,5 @@
 # What every ctest entry is labelled with: one cost and one or more areas. Both come from where the test's file is, so that a
-# test that is added or moved is labelled too; tests/tools/cli/test_labels.py checks it. docs/tests.md explains the labels.
+# test that is added or moved is labelled too; tests/tools/cli/test_labels.py checks it. docs/evidence/tests.md explains the labels.
 #
 # Costs, from cheap to dear:
 #   quick    seconds; ./run test quick runs all of them in less than a minute
@@ -15,14 +15,22 @@ set(FVV_TEST_AREAS core media render geometry scene mux demux compare tools js p
 # What tests in Python and JavaScript run.
 set(FVV_TEST_TOOLS fvvcompare fvvdemux fvvimport fvvinfo fvvmux fvvrecover fvvrender fvvserve fvvsynth)
 
-set(FVV_CORE_FOLDERS base container mesh calibration visibility video background stream)
+set(FVV_CORE_FOLDERS base container mesh calibration visibility video background environment stream)
 
-# Entries that are not of cost "area", by name.
-set(FVV_QUICK_TESTS "quick: style" "quick: conformance" "cli: layers" "cli: words" "cli: labels" "cli: reference" "js: .* are current")
-set(FVV_WHOLE_TESTS "cli: style" "js: build the video fallback" "js: (packages|samples|browser|sound|site)" "js: docs: (samples|pages)"
-  "js: video fallback: .*" "js: player: .*" "js: live" "js: ladder" "js: settle" "charts: .*" "install: .*" "samples" "fuzz: (mutations|amplification)"
-  "conformance: (decoders|rendering)" "cli: sweep" "python: .*" "cli: .*")
-set(FVV_NIGHTLY_TESTS "real: .*" "js: matrix" "js: player: endurance")
+# Entries that are not of cost "area", by name: regular expressions. The first list with one that matches counts.
+set(FVV_NIGHTLY_TESTS "real: .*" "js: matrix" "js: player: endurance" "conformance: damage" "charts: quick" "python: write_properties"
+  "python: distributed" "python: capture (chain|pipeline|calibrate)")
+set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: words" "cli: labels" "cli: reference" "js: .* are current")
+set(FVV_WHOLE_TESTS "cli: (style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|background|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
+  "python: (threads|notebook|examples|capture .*)" "samples" "charts: .*" "install: .*" "fuzz: (mutations|amplification)"
+  "conformance: (decoders|rendering|large_offsets)"
+  "js: (packages|samples|browser|sound|site|live|ladder|settle|three)" "js: docs: (samples|pages)" "js: player: .*" "js: build the video fallback"
+  "js: video fallback: .*")
+# Under sanitizers all but these are nightly: they repeat arithmetic that others cover, at a third of the speed. These read bytes
+# that anybody may have written, or run a tool on them.
+set(FVV_SANITIZED_EXECUTABLES base container mesh colours delta fast stability calibration visibility video background environment stream media capture
+  import mux demux failure decimate hull view)
+set(FVV_SANITIZED_TESTS "fuzz: .*" "cli: (fvvinfo|fvvrecover|cases|import|segments|sweep|conformance_cases|serve_http|serve_live|animations|hostile|masks)")
 
 # fvv_areas(SOURCE OUT): the areas of a test by its path below the project's root.
 function(fvv_areas source out)
@@ -67,19 +75,36 @@ function(fvv_areas source out)
   set(${out} ${areas} PARENT_SCOPE)
 endfunction()
 
+# fvv_matches(NAME LIST OUT): whether one of the list's regular expressions is that of the whole name.
+function(fvv_matches name list out)
+  set(${out} FALSE PARENT_SCOPE)
+  foreach(pattern ${${list}})
+    if(name MATCHES "^(${pattern})$")
+      set(${out} TRUE PARENT_SCOPE)
+    endif()
+  endforeach()
+endfunction()
+
 # fvv_cost(NAME OUT): the cost of an entry.
 function(fvv_cost name out)
-  set(cost area)
-  foreach(row "nightly=FVV_NIGHTLY_TESTS" "quick=FVV_QUICK_TESTS" "whole=FVV_WHOLE_TESTS")
-    string(REGEX MATCH "^([a-z]+)=(.*)$" unused "${row}")
-    set(row_cost ${CMAKE_MATCH_1})
-    foreach(pattern ${${CMAKE_MATCH_2}})
-      if(cost STREQUAL "area" AND name MATCHES "^${pattern}$")
-        set(cost ${row_cost})
-      endif()
-    endforeach()
+  if(FVV_SANITIZE)
+    fvv_matches(${name} FVV_SANITIZED_TESTS in_twin)
+    if(in_twin OR name IN_LIST FVV_SANITIZED_EXECUTABLES)
+      set(${out} whole PARENT_SCOPE)
+    else()
+      set(${out} nightly PARENT_SCOPE)
+    endif()
+    return()
+  endif()
+  fvv_matches(${name} FVV_NIGHTLY_TESTS nightly)
+  fvv_matches(${name} FVV_QUICK_TESTS quick)
+  fvv_matches(${name} FVV_WHOLE_TESTS whole)
+  set(${out} area PARENT_SCOPE)
+  foreach(cost whole quick nightly)
+    if(${cost})
+      set(${out} ${cost} PARENT_SCOPE)
+    endif()
   endforeach()
-  set(${out} ${cost} PARENT_SCOPE)
 endfunction()
 
 # fvv_label(SOURCE NAME...): labels entries of the current folder whose file is SOURCE, a path below the project's root. Sets areas.

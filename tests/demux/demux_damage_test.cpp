@@ -114,7 +114,7 @@ TEST_CASE("of a truncated stream the whole frames are written") {
   }
 }
 
-TEST_CASE("a flipped bit in any chunk never gives a wrong file") {
+TEST_CASE("a flipped bit in any chunk never gives a wrong file", "[slow]") {
   const Scratch scratch;
   for (const int repeat : {-1, 1})
     for (const bool finish : {true, false}) {

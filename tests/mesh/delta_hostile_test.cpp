@@ -198,7 +198,7 @@ TEST_CASE("random damage to a delta payload is survived", "[slow]") {
   CHECK(judge.refused > mutations / 2);
 }
 
-TEST_CASE("4 KiB of key and delta cost little, for any content", "[slow]") {
+TEST_CASE("4 KiB of key and delta cost little, for any content", "[slow][long]") {
   // The flat grid has most vertices for 3 KiB of Draco; random bits last longest in the last level.
   Shape shape = grid(2, 0);
   for (uint32_t n = 300; n > 2; n -= 8) {

@@ -112,7 +112,7 @@ TEST_CASE("Draco splits vertices where the surface is no manifold, and the heade
   CHECK(back.face_count == 8);
 }
 
-TEST_CASE("a plane that codes to next to nothing is coded within the density", "[slow]") {
+TEST_CASE("a plane that codes to next to nothing is coded within the density", "[slow][long]") {
   const auto mesh = canonical(grid(300, 0), 0.01);
   const auto payload = encoded(*mesh, FVV_MESH_DRACO, 10);
   const size_t size = payload.size() - 16;

@@ -297,7 +297,7 @@ TEST_CASE("every defect comes back within the bound or is refused by name") {
   }
 }
 
-TEST_CASE("a million triangles come back", "[slow]") {
+TEST_CASE("a million triangles come back", "[slow][long]") {
   const Shape shape = torus(1000, 500);
   const double fine = 0.0002;
   REQUIRE(shape.faces.size() == 3000000);

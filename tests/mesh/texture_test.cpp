@@ -235,7 +235,7 @@ TEST_CASE("texture coordinates outside the picture are refused by name, but for 
   refusal(shape, options(UINT32_MAX), 0, FVV_ERROR_ARGUMENT);
 }
 
-TEST_CASE("texture coordinates come back from every profile and level", "[slow]") {
+TEST_CASE("texture coordinates come back from every profile and level", "[slow][long]") {
   for (const Named &named : textured())
     for (const uint32_t bits : {1u, 12u, 16u}) {
       const auto mesh = with_bits(named.shape, bits, nullptr, named.step);

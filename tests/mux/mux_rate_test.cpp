@@ -35,7 +35,7 @@ double rate_in(const std::string &path) {
 
 } // namespace
 
-TEST_CASE("a bit rate is kept over a clip by every codec, and reported") {
+TEST_CASE("a bit rate is kept over a clip by every codec, and reported", "[slow]") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
   for (const media::VideoCodec &codec : display_codecs()) {
@@ -58,7 +58,7 @@ TEST_CASE("a bit rate is kept over a clip by every codec, and reported") {
   }
 }
 
-TEST_CASE("a bit rate gives the same bytes for any number of threads") {
+TEST_CASE("a bit rate gives the same bytes for any number of threads", "[slow][long]") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
   for (const media::VideoCodec &codec : display_codecs()) {

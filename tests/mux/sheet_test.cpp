@@ -1,7 +1,8 @@
 // Contact sheets: numbers and hints for right and wrong calibrations, with mesh, hull or neither.
 #include "sheet_fixture.h"
 
-TEST_CASE("sheet: a right calibration fits its masks, and the bytes are the same for any number of threads") {
+TEST_CASE("sheet: a right calibration fits its masks, and the bytes are the same for any number of threads",
+          "[slow]") {
   const Folder folder;
   make_sheet_capture(folder);
   fvvimport::SheetOptions options = sheet_options(folder);
@@ -83,7 +84,7 @@ TEST_CASE("sheet: a mesh in another unit than the cameras meets no mask") {
   CHECK(fvvimport::sheet_text(report).find("meets no mask") != std::string::npos);
 }
 
-TEST_CASE("sheet: without meshes the outline is that of the masks' hull") {
+TEST_CASE("sheet: without meshes the outline is that of the masks' hull", "[slow]") {
   const Folder folder;
   SheetShape shape;
   shape.meshes = false;
@@ -100,7 +101,7 @@ TEST_CASE("sheet: without meshes the outline is that of the masks' hull") {
   CHECK(read_bytes(options.output) == bytes);
 }
 
-TEST_CASE("sheet: one wrong camera does not spoil the hull, it is named") {
+TEST_CASE("sheet: one wrong camera does not spoil the hull, it is named", "[slow]") {
   const Folder folder;
   SheetShape shape;
   shape.meshes = false;

@@ -75,7 +75,7 @@ Rgb display(Rgb linear) {
 
 } // namespace
 
-TEST_CASE("no point of the atlas belongs to two triangles, counted in integers") {
+TEST_CASE("no point of the atlas belongs to two triangles, counted in integers", "[slow]") {
   const Layout &layout = atlas().layout;
   // Corners are rounded to 65536ths of a texel, neighbours share them; triangles are counted at 4 x 4 points
   // of a texel. A point on a common edge would count twice: of those on edges only left and upper ones count.

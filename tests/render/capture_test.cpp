@@ -204,7 +204,7 @@ TEST_CASE("hulls are the same for any number of threads, and their grid is writt
   CHECK(off == 0);
 }
 
-TEST_CASE("capture.json describes the folder, and meshes project onto masks") {
+TEST_CASE("capture.json describes the folder, and meshes project onto masks", "[slow]") {
   const Scratch scratch;
   Settings settings;
   settings.rig = RigKind::small;

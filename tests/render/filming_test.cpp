@@ -129,7 +129,8 @@ TEST_CASE("cameras differ in exposure and white balance by as much as they may, 
   CHECK(brightest - darkest > 0.5);
 }
 
-TEST_CASE("motion blur is the mean over the time that the shutter is open, and still things stay sharp") {
+TEST_CASE("motion blur is the mean over the time that the shutter is open, and still things stay sharp",
+          "[slow]") {
   const Scene scene(studio(240, 136));
   SampleBuffer buffer(1, 1, 3);
   const double time = 1.12; // the ball is passed

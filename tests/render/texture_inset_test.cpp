@@ -89,7 +89,7 @@ TEST_CASE("what hides a point, and what is beyond 60 degrees, does not follow th
   REQUIRE(farthest(colour_of(spot, 0), bands({shown.x * scale, shown.y * scale, 0})) < 0.02);
 }
 
-TEST_CASE("the inset is found by drawing cameras from each other") {
+TEST_CASE("the inset is found by drawing cameras from each other", "[slow]") {
   for (const double outside : {0.004, 0.012}) {
     const Scene scene(outside, around);
     const TextureInset found = find_texture_inset({scene.frame()}, {});

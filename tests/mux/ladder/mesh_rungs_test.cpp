@@ -144,7 +144,8 @@ TEST_CASE("a rung is whole before the better ones begin") {
   CHECK(order == std::vector<uint16_t>{13, 14, 15, 9, 10, 11, 12, 8, 1, 5, 7, 2});
 }
 
-TEST_CASE("the first rung has the meshes of the stream without a ladder, and threads change nothing") {
+TEST_CASE("the first rung has the meshes of the stream without a ladder, and threads change nothing",
+          "[slow]") {
   const Folder folder;
   FileOptions options = dense(folder, true);
   mux_file(options);

@@ -1,4 +1,4 @@
-"""Every ctest entry has one cost and at least one area, so that ./run test quick, AREA, and nightly miss none (docs/tests.md)."""
+"""Every ctest entry has one cost and at least one area, so that ./run test quick, AREA, and nightly miss none (docs/evidence/tests.md)."""
 
 import json
 import os
