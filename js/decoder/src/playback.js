@@ -2,7 +2,7 @@
 
 import { GroupPrefetcher, RangeFetcher } from "./sources/group_prefetcher.js";
 import { Environments } from "./environment.js";
-import { unlessAborted } from "./abort.js";
+import { onAbort, unlessAborted } from "./abort.js";
 import { FvvError } from "./errors.js";
 import { BufferedTimes, GroupIndex } from "./group_index.js";
 import { ByteRanges } from "./sources/byte_ranges.js";
@@ -306,8 +306,7 @@ export class Playback {
     const { reads } = index;
     state.at = null;
     const abort = new AbortController();
-    const stop = () => abort.abort();
-    signal?.addEventListener("abort", stop, { once: true });
+    const unregister = onAbort(signal, () => abort.abort());
     this.#source.leave();
     try {
       await this.#ranges.prepare(index.groups, group, signal);
@@ -328,7 +327,7 @@ export class Playback {
       this.#buffered.cover(group, index.groups[group].end, ranges, state.tracks);
     } finally {
       state.picking = state.ended = false;
-      signal?.removeEventListener("abort", stop);
+      unregister();
       abort.abort();
       index.forgetReads(reads);
     }

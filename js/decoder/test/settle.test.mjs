@@ -15,7 +15,7 @@ const BOUND_MS = 8000;
 const LONGEST_PIECE = 20000;
 const FRAMES = 5; // of each clip
 
-const { clips, done } = makeClips("ladder", "delta");
+const { clips, done } = makeClips("ladder", "delta", "tracks");
 const folder = join(clips.ladder, "..", "settle");
 tool("fvvmux", clips.ladder, "--segments", folder);
 const realFetch = globalThis.fetch;
@@ -112,7 +112,7 @@ async function settled(promise, what) {
 }
 
 /** A session of a few calls, with or without waiting for the former ones. */
-async function session(source, seed) {
+async function session(options, seed) {
   const random = randomOf(seed);
   const pick = (n) => Math.floor(random() * n);
   const network = new Network(random);
@@ -120,7 +120,7 @@ async function session(source, seed) {
   const log = [];
   let timer;
   try {
-    const opening = createDecoder({ source, signal: abort.signal, queue: 1 + pick(4), video: "encoded" });
+    const opening = createDecoder({ ...options, signal: abort.signal, queue: 1 + pick(4), video: "encoded" });
     if (pick(8) === 0) {
       timer = setTimeout(() => abort.abort(), pick(4));
       network.stalled = pick(2) === 0;
@@ -177,16 +177,16 @@ async function session(source, seed) {
   }
 }
 
-for (const [name, source] of [
-  ["a ladder over Range", "http://host.test/range/ladder"],
-  ["a file over Range", "http://host.test/range/delta"],
-  ["a single response", "http://host.test/whole/delta"],
-  ["segments with a ladder", "http://host.test/segments/manifest.json"],
+const at = (path) => `http://host.test/${path}`;
+for (const [name, options] of [
+  ["a ladder over Range", { source: at("range/ladder") }],
+  ["a file over Range", { source: at("range/delta") }],
+  ["some tracks over Range", { source: at("range/tracks"), look: { eye: [2, 1.5, 3], target: [0, 1, 0] } }],
+  ["a single response", { source: at("whole/delta") }],
+  ["segments with a ladder", { source: at("segments/manifest.json") }],
 ])
   test(`${name}: whatever comes when, every promise settles`, async () => {
     const ends = { aborted: 0, closed: 0 };
-    for (let seed = 1; seed <= ORDERS; seed++) {
-      ends[await session(source, seed)]++;
-    }
+    for (let seed = 1; seed <= ORDERS; seed++) ends[await session(options, seed)]++;
     assert.ok(ends.closed > ORDERS / 2 && ends.aborted > 0, JSON.stringify(ends));
   });
