@@ -28,7 +28,6 @@ STAY = {
 PENDING = {
     "JSON": "backgrounds?",  # capture.json, fvvmux --json, fvvdemux --json and segments.json
     "C": r"(?i:(fvv_)?\w*background\w*)",
-    "JavaScript": "[Ii]mage",  # a picture of one plane, for shaders
 }
 
 

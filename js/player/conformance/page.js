@@ -108,7 +108,7 @@ window.replicate = async (matrix, fullRange) => {
   const frame = new VideoFrame(data, { format: "I420", codedWidth: side, codedHeight: side, timestamp: 0, colorSpace });
   const found = new Uint8Array(4 * pixels);
   await frame.copyTo(found, { format: "RGBX" });
-  const { mixing, luma } = replicationOf({ video: { colour: {} }, image: frame });
+  const { mixing, luma } = replicationOf({ video: { colour: {} }, picture: frame });
   frame.close();
   const [uGreen, uBlue, vRed, vGreen] = mixing;
   let alike = 0;

@@ -29,18 +29,18 @@ export interface Planes {
   video: Video;
   planes: { data: Uint8Array; width: number; height: number }[];
 }
-export interface Image {
+export interface WholePicture {
   video: Video;
-  image: VideoFrame | ImageBitmap;
+  picture: VideoFrame | ImageBitmap;
 }
-export type Picture = Planes | Image;
+export type Picture = Planes | WholePicture;
 export interface LayerSizes {
   width: number;
   height: number;
   layers: number;
 }
 
-export function loadPicture(video: Video, image: VideoFrame | ImageBitmap | null): Promise<Picture>;
+export function loadPicture(video: Video, picture: VideoFrame | ImageBitmap | null): Promise<Picture>;
 export function loadPictures(frame: Frame): Promise<Picture[]>;
 export function layoutOf(pictures: Picture[]): {
   places: Map<number, { x: number; y: number }>;
@@ -49,11 +49,11 @@ export function layoutOf(pictures: Picture[]): {
 };
 export function conversionOf(colour: Video["colour"]): { kr: number; kb: number; range: [number, number, number] };
 /** Uniforms of replicatedFragment and replicationFragment, in addition to those of conversionOf. */
-export function replicationOf(picture: Image): { mixing: number[]; luma: number[] };
+export function replicationOf(picture: WholePicture): { mixing: number[]; luma: number[] };
 /** Detects pictures that the browser has converted to RGB with the nearest chroma sample, for each track. */
 export class Replication {
   /** test: draws the picture with replicationFragment and returns its RGBA pixels. */
-  isSeenIn(picture: Image, test: () => Uint8Array): boolean;
+  isSeenIn(picture: WholePicture, test: () => Uint8Array): boolean;
 }
 /** Levels of the texture of pictures; level 0 is the pictures as they are. */
 export const LEVELS: number;

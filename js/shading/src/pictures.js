@@ -17,11 +17,11 @@ function narrow(bytes) {
 /** Bytes of a sample, by the formats whose planes are uploaded; those of other formats stay on the GPU. */
 const sampleBytes = { I420: 1, I420P10: 2 };
 
-/** Returns {video, image} or, for planes in memory, {video, planes}. */
-export async function loadPicture(video, image) {
-  const bytes = sampleBytes[image?.format];
-  if (!bytes) return { video, image };
-  const { width, height } = image.visibleRect;
+/** Returns {video, picture} or, for planes in memory, {video, planes}. */
+export async function loadPicture(video, picture) {
+  const bytes = sampleBytes[picture?.format];
+  if (!bytes) return { video, picture };
+  const { width, height } = picture.visibleRect;
   const [columns, rows] = [Math.ceil(width / 2), Math.ceil(height / 2)];
   const chroma = columns * rows;
   const copied = new Uint8Array((width * height + 2 * chroma) * bytes);
@@ -30,7 +30,7 @@ export async function loadPicture(video, image) {
     { offset: width * height * bytes, stride: columns * bytes },
     { offset: (width * height + chroma) * bytes, stride: columns * bytes },
   ];
-  await image.copyTo(copied, { layout });
+  await picture.copyTo(copied, { layout });
   const samples = bytes === 1 ? copied : narrow(copied);
   const plane = (offset, width, height) => ({ data: samples.subarray(offset, offset + width * height), width, height });
   const planes = [
@@ -44,7 +44,7 @@ export async function loadPicture(video, image) {
 /** The pictures of all videos of a frame that have one. */
 export async function loadPictures(frame) {
   const pictures = frame.configuration.videos.map((video) => loadPicture(video, frame.picture(video.track)));
-  return (await Promise.all(pictures)).filter(({ image, planes }) => image || planes);
+  return (await Promise.all(pictures)).filter(({ picture, planes }) => picture || planes);
 }
 
 /** Where the picture of each track is, one below the other, in a texture of width x height. */
@@ -81,9 +81,9 @@ const lumaOf = (matrix, fullRange) => {
 };
 
 /** Uniforms of replicatedFragment and replicationFragment, in addition to those of conversionOf. */
-export function replicationOf({ video, image }) {
+export function replicationOf({ video, picture }) {
   // The browser's choice, which may differ from the file's.
-  const { matrix, fullRange } = image.colorSpace ?? {};
+  const { matrix, fullRange } = picture.colorSpace ?? {};
   const used = {
     matrix: matrices[matrix] ?? video.colour.matrix,
     fullRange: fullRange ?? video.colour.fullRange,
@@ -115,8 +115,8 @@ export class Replication {
   #tracks = new Map(); // track -> {replicated, frames}
 
   /** Whether the chroma of a picture was replicated. test(): draws it with replicationFragment and returns RGBA pixels. */
-  isSeenIn({ video, image }, test) {
-    if (typeof VideoFrame !== "function" || !(image instanceof VideoFrame)) return false;
+  isSeenIn({ video, picture }, test) {
+    if (typeof VideoFrame !== "function" || !(picture instanceof VideoFrame)) return false;
     if (!this.#tracks.has(video.track)) this.#tracks.set(video.track, { replicated: null, frames: 0 });
     const known = this.#tracks.get(video.track);
     // Reading back is slow: until the question is decided, only the frames 1, 2, 4, 8 ... are tested.

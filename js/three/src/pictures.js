@@ -159,7 +159,7 @@ export class PictureTexture {
       draw(planesFragment, { Y, U, V });
       return;
     }
-    const source = this.#source(`${i}`, Texture, picture.image, ...sizeOf(picture.image));
+    const source = this.#source(`${i}`, Texture, picture.picture, ...sizeOf(picture.picture));
     source.minFilter = source.magFilter = NearestFilter;
     const { mixing, luma } = replicationOf(picture);
     const undone = { picture: source, mixing: new Vector4(...mixing), luma: new Vector2(...luma) };

@@ -12,10 +12,10 @@ import { tilesOf } from "./sheet.js";
 import { MODES } from "./surface.js";
 
 /** A picture that outlives its frame. Of a JPEG picture the file is kept, and decoded again if necessary. */
-function keptPicture(picture, frame) {
-  const { video, image, planes } = picture;
-  if (planes) return picture;
-  if (typeof VideoFrame === "function" && image instanceof VideoFrame) return { video, image: image.clone() };
+function keptPicture(loaded, frame) {
+  const { video, picture, planes } = loaded;
+  if (planes) return loaded;
+  if (typeof VideoFrame === "function" && picture instanceof VideoFrame) return { video, picture: picture.clone() };
   const sample = frame.samples.find(({ track }) => track === video.track);
   return { video, file: sample?.data ?? null };
 }
@@ -58,15 +58,15 @@ class Content {
   async loadKept() {
     const decode = async ({ video, file }) => {
       const blob = new Blob([file], { type: "image/jpeg" });
-      return { video, image: await createImageBitmap(blob, { colorSpaceConversion: "none" }) };
+      return { video, picture: await createImageBitmap(blob, { colorSpaceConversion: "none" }) };
     };
-    const there = this.pictures.filter(({ image, planes, file }) => image || planes || file);
+    const there = this.pictures.filter(({ picture, planes, file }) => picture || planes || file);
     return Promise.all(there.map((picture) => (picture.file ? decode(picture) : picture)));
   }
 
   close() {
     if (!this.#kept) return;
-    for (const { image } of this.pictures) image?.close();
+    for (const { picture } of this.pictures) picture?.close();
   }
 }
 

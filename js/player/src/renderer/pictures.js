@@ -93,7 +93,7 @@ export class PictureTexture {
       draw(planes, {}, { Y, U, V });
       return;
     }
-    const source = { picture: this.#image(track, picture.image) };
+    const source = { picture: this.#image(track, picture.picture) };
     const undone = replicationOf(picture);
     const isReplicated = this.#replication.isSeenIn(picture, () => {
       draw(replication, undone, source);
