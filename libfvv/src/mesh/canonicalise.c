@@ -322,7 +322,25 @@ static void sort3(const uint32_t face[3], uint32_t sorted[3]) {
   sorted[2] = high < c ? c : high;
 }
 
-/* Keeps the first of the faces with the same three points, and none that is degenerate. */
+/* Whether two faces with the same three points are the sides of a sheet: opposite windings, and each with its
+ * own part of the texture. face: of vertices and points. */
+static int other_side(const canonicalising *w, uint32_t kept, const uint32_t face[3],
+                      const uint32_t *corners) {
+  if (!w->texture) return 0;
+  const uint32_t *former = w->faces + 3 * (size_t)kept, *former_corners = w->corners + 3 * (size_t)kept;
+  size_t at = 0;
+  while (former[at] != face[0]) at++;
+  if (former[(at + 1) % 3] == face[1]) return 0;
+  const size_t same[3] = {at, (at + 2) % 3, (at + 1) % 3};
+  for (size_t c = 0; c < 3; c++)
+    if (memcmp(w->texture + 2 * (size_t)corners[c], w->texture + 2 * (size_t)former_corners[same[c]],
+               2 * sizeof *w->texture) != 0)
+      return 1;
+  return 0;
+}
+
+/* Keeps the first of the faces with the same three points, both of a sheet with two sides, and none that is
+ * degenerate. */
 static fvv_status gather_faces(canonicalising *w) {
   const fvv_status status = clear_table(w, w->source->face_count);
   if (status != FVV_OK) return status;
@@ -341,7 +359,9 @@ static fvv_status gather_faces(canonicalising *w) {
     uint64_t slot = fvv_hash3(key[0], key[1], key[2]) & (w->slots - 1);
     for (; w->table[slot] != EMPTY_SLOT; slot = (slot + 1) & (w->slots - 1)) {
       sort3(w->faces + 3 * (size_t)w->table[slot], other);
-      if (!memcmp(key, other, sizeof key)) break;
+      if (!memcmp(key, other, sizeof key) &&
+          !other_side(w, w->table[slot], face, w->corners ? w->corners + 3 * (size_t)w->face_count : NULL))
+        break;
     }
     if (w->table[slot] == EMPTY_SLOT)
       w->table[slot] = w->face_count++;

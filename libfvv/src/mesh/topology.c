@@ -93,10 +93,53 @@ void fvv_topology_free(fvv_topology *topology) {
 
 enum { UNSEEN, AS_IS, TURNED };
 
+/* Patches: faces joined over edges along which they agree. A patch is doubtful when at least half of its
+ * border is against a neighbour: then it, or what is around it, is inside out. Two sound bodies that touch
+ * along an edge are not. */
+typedef struct patches {
+  uint32_t *of_face;   /* the lowest face of the patch */
+  uint32_t *disagrees; /* of that face: half-edges of the border against a neighbour */
+  uint32_t *ends;      /* of that face: the other half-edges of the border */
+} patches;
+
+/* Neighbours agree when they run along their edge in opposite directions. */
+static int agree(const uint32_t *faces, uint32_t half_edge, uint32_t twin) {
+  return faces[half_edge] != faces[twin];
+}
+
+/* queue: as long as there are faces. */
+static void find_patches(const fvv_topology *topology, const uint32_t *faces, uint32_t *queue, patches *out) {
+  const uint32_t count = topology->face_count;
+  memset(out->of_face, 0xff, (size_t)count * sizeof *out->of_face);
+  for (uint32_t seed = 0; seed < count; seed++) {
+    if (out->of_face[seed] != EMPTY) continue;
+    uint32_t end = 0;
+    out->of_face[seed] = seed;
+    queue[end++] = seed;
+    for (uint32_t i = 0; i < end; i++)
+      for (uint32_t h = 3 * queue[i]; h < 3 * queue[i] + 3; h++) {
+        const uint32_t twin = topology->twin[h];
+        if (twin == FVV_NO_TWIN)
+          out->ends[seed]++;
+        else if (!agree(faces, h, twin))
+          out->disagrees[seed]++;
+        else if (out->of_face[twin / 3] == EMPTY) {
+          out->of_face[twin / 3] = seed;
+          queue[end++] = twin / 3;
+        }
+      }
+  }
+}
+
+static int doubtful(const patches *p, uint32_t face) {
+  const uint32_t patch = p->of_face[face];
+  return p->disagrees[patch] >= p->ends[patch];
+}
+
 /* Breadth first from seed; queue[from...] receives the faces reached, side[f] says which way each lies
  * relative to the seed. Returns the end of the queue. */
-static uint32_t spread(const fvv_topology *topology, const uint32_t *faces, uint32_t seed, uint8_t *side,
-                       uint32_t *queue, uint32_t from) {
+static uint32_t spread(const fvv_topology *topology, const uint32_t *faces, const patches *sets,
+                       uint32_t seed, uint8_t *side, uint32_t *queue, uint32_t from) {
   uint32_t end = from;
   side[seed] = AS_IS;
   queue[end++] = seed;
@@ -105,42 +148,57 @@ static uint32_t spread(const fvv_topology *topology, const uint32_t *faces, uint
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
       const uint32_t twin = topology->twin[h];
       if (twin == FVV_NO_TWIN || side[twin / 3] != UNSEEN) continue;
-      /* Neighbours agree when they run along their edge in opposite directions. */
-      const int agree = faces[h] != faces[twin];
-      side[twin / 3] = (side[f] == AS_IS) == agree ? AS_IS : TURNED;
+      const int same = agree(faces, h, twin);
+      if (!same && !doubtful(sets, f) && !doubtful(sets, twin / 3)) continue;
+      side[twin / 3] = (side[f] == AS_IS) == same ? AS_IS : TURNED;
       queue[end++] = twin / 3;
     }
   }
   return end;
 }
 
+/* Turns the smaller part of the faces queue[from ... end - 1]; returns how many. */
+static uint32_t turn_smaller(uint32_t *faces, const uint8_t *side, const uint32_t *queue, uint32_t from,
+                             uint32_t end) {
+  uint32_t turned = 0, flipped = 0;
+  for (uint32_t i = from; i < end; i++) turned += side[queue[i]] == TURNED;
+  const uint8_t turn = turned <= (end - from) - turned ? TURNED : AS_IS;
+  for (uint32_t i = from; i < end; i++) {
+    if (side[queue[i]] != turn) continue;
+    uint32_t *face = faces + 3 * (size_t)queue[i];
+    const uint32_t corner = face[1];
+    face[1] = face[2];
+    face[2] = corner;
+    flipped++;
+  }
+  return flipped;
+}
+
 fvv_status fvv_topology_orient(const fvv_topology *topology, uint32_t *faces, uint32_t *flipped) {
   const uint32_t count = topology->face_count;
+  const size_t size = (size_t)count * sizeof(uint32_t);
   uint8_t *side = fvv_allocate_zeroed(&topology->allocator, count);
   uint32_t *queue = fvv_allocate_array(&topology->allocator, count, sizeof(uint32_t));
+  patches sets = {fvv_allocate_array(&topology->allocator, count, sizeof(uint32_t)),
+                  fvv_allocate_zeroed(&topology->allocator, size),
+                  fvv_allocate_zeroed(&topology->allocator, size)};
   fvv_status status = FVV_ERROR_MEMORY;
   *flipped = 0;
-  if (side && queue) {
+  if (side && queue && sets.of_face && sets.disagrees && sets.ends) {
+    find_patches(topology, faces, queue, &sets);
     uint32_t end = 0;
     for (uint32_t seed = 0; seed < count; seed++) {
       if (side[seed] != UNSEEN) continue;
       const uint32_t from = end;
-      end = spread(topology, faces, seed, side, queue, from);
-      uint32_t turned = 0;
-      for (uint32_t i = from; i < end; i++) turned += side[queue[i]] == TURNED;
-      const uint8_t turn = turned <= (end - from) - turned ? TURNED : AS_IS;
-      for (uint32_t i = from; i < end; i++) {
-        if (side[queue[i]] != turn) continue;
-        uint32_t *face = faces + 3 * (size_t)queue[i];
-        const uint32_t corner = face[1];
-        face[1] = face[2];
-        face[2] = corner;
-        ++*flipped;
-      }
+      end = spread(topology, faces, &sets, seed, side, queue, from);
+      *flipped += turn_smaller(faces, side, queue, from, end);
     }
     status = FVV_OK;
   }
   fvv_release(&topology->allocator, side, count);
-  fvv_release(&topology->allocator, queue, (size_t)count * sizeof(uint32_t));
+  fvv_release(&topology->allocator, queue, size);
+  fvv_release(&topology->allocator, sets.of_face, size);
+  fvv_release(&topology->allocator, sets.disagrees, size);
+  fvv_release(&topology->allocator, sets.ends, size);
   return status;
 }
