@@ -108,9 +108,11 @@ struct Box {
   Vec3 least{1e30, 1e30, 1e30}, most{-1e30, -1e30, -1e30};
 
   bool is_empty() const { return least.x > most.x; }
-  void add(const std::vector<float> &positions) {
+  void add(const view::Frame &frame) {
+    const std::vector<float> &positions = frame.positions;
     for (size_t i = 0; i + 2 < positions.size(); i += 3) {
-      const double x = positions[i], y = positions[i + 1], z = positions[i + 2];
+      const double x = frame.origin.x + positions[i], y = frame.origin.y + positions[i + 1],
+                   z = frame.origin.z + positions[i + 2];
       least = {std::min(least.x, x), std::min(least.y, y), std::min(least.z, z)};
       most = {std::max(most.x, x), std::max(most.y, y), std::max(most.z, z)};
     }
@@ -124,7 +126,7 @@ Box box_of(const InputFile &file, const Options &options, const Shown &shown) {
   Box box;
   const size_t count = shown.frames.size();
   for (size_t i = 0; i < std::min(looks, count); i++)
-    box.add(view::load_frame(file, shown.frames[i * count / std::min(looks, count)].number, load).positions);
+    box.add(view::load_frame(file, shown.frames[i * count / std::min(looks, count)].number, load));
   if (box.is_empty())
     throw Error(file.path() + ": the stage is empty: expected --target and --radius with --orbit");
   return box;

@@ -74,7 +74,7 @@ fvv_camera of_pose(const Target &target, const Frame &frame) {
     camera.rotation[3 * i] = rows[i].x;
     camera.rotation[3 * i + 1] = rows[i].y;
     camera.rotation[3 * i + 2] = rows[i].z;
-    camera.translation[i] = -render::dot(rows[i], eye);
+    camera.translation[i] = -render::dot(rows[i], eye - frame.origin);
   }
   return camera;
 }
@@ -86,7 +86,8 @@ fvv_camera target_camera(const Target &target, const Frame &frame) {
     refuse("expected one of --camera and --pose, found " + std::string(given ? "both" : "neither"));
   if (!target.pose.empty()) return of_pose(target, frame);
   if (target.focal) refuse("--focal: expected with --pose only");
-  return scaled(target.calibration ? *target.calibration : of_stream(*target.camera, frame), target);
+  return scaled(target.calibration ? in_frame(*target.calibration, frame) : of_stream(*target.camera, frame),
+                target);
 }
 
 class Clock {

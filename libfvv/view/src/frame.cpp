@@ -9,6 +9,7 @@
 #include "fvv_media/video.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace fvv::view {
 
@@ -85,10 +86,12 @@ std::shared_ptr<const render::EnvironmentImage> environment_image(const std::str
 }
 
 render::EnvironmentPart
-environment_part(const scene::EnvironmentPart &source,
+environment_part(const scene::EnvironmentPart &source, const render::Vec3 &origin,
                  const std::vector<std::shared_ptr<const render::EnvironmentImage>> &pictures) {
   render::EnvironmentPart out;
-  out.positions.assign(source.mesh.positions.begin(), source.mesh.positions.end());
+  const double from[3] = {origin.x, origin.y, origin.z};
+  for (size_t i = 0; i < source.mesh.positions.size(); i++)
+    out.positions.push_back(float(source.mesh.positions[i] - from[i % 3]));
   out.faces = source.mesh.faces;
   out.texture = source.mesh.texture;
   if (source.picture) out.picture = pictures[*source.picture];
@@ -96,6 +99,18 @@ environment_part(const scene::EnvironmentPart &source,
   out.double_sided = source.double_sided;
   out.clamped = source.clamped;
   return out;
+}
+
+// Whole multiples of 2^20 steps: indices beside them have a float of their own with room to spare, and
+// ordinary scenes stay where they are.
+render::Vec3 origin_of(const fvv_scene &scene) {
+  const double unit = scene.lattice_step * (1 << 20);
+  const auto nearest = [&](double x) {
+    const double multiple = std::round(x / unit) * unit;
+    return std::isfinite(multiple) ? multiple : 0;
+  };
+  return {nearest(scene.lattice_origin[0]), nearest(scene.lattice_origin[1]),
+          nearest(scene.lattice_origin[2])};
 }
 
 class Loader {
@@ -114,6 +129,7 @@ public:
     out.file = file.path();
     out.number = number;
     out.up = configuration->scene.up_axis;
+    out.origin = origin_of(configuration->scene);
     out.texturing = configuration->texturing;
     load_cameras(out);
     load_mesh(out);
@@ -141,7 +157,7 @@ private:
       const fvv_status status =
           fvv_stream_camera(stream.get(), place.frame, configuration->cameras[i].id, &camera, &diagnostic);
       fvv::check(status, where, diagnostic);
-      if (status != FVV_END) out.cameras.push_back(nameless(camera));
+      if (status != FVV_END) out.cameras.push_back(in_frame(nameless(camera), out));
     }
   }
 
@@ -159,8 +175,11 @@ private:
     fvv::check(status, where, diagnostic);
     if (status == FVV_END) return;
     out.positions.resize(3 * size_t(mesh.vertex_count));
-    fvv_lattice_to_floats(configuration->scene.lattice_origin, configuration->scene.lattice_step,
-                          mesh.positions, mesh.vertex_count, out.positions.data());
+    const double *lattice = configuration->scene.lattice_origin;
+    const double origin[3] = {lattice[0] - out.origin.x, lattice[1] - out.origin.y,
+                              lattice[2] - out.origin.z};
+    fvv_lattice_to_floats(origin, configuration->scene.lattice_step, mesh.positions, mesh.vertex_count,
+                          out.positions.data());
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
     if (mesh.normals || mesh.texture) load_normals(mesh, out);
     out.bits = load_visibility(stream.get(), frame, *configuration, rung, track->id, where, out.losses);
@@ -252,7 +271,7 @@ private:
       std::vector<std::shared_ptr<const render::EnvironmentImage>> pictures;
       for (const std::string &one : source.pictures) pictures.push_back(environment_image(one));
       for (const scene::EnvironmentPart &part : source.parts)
-        out.environment.push_back(environment_part(part, pictures));
+        out.environment.push_back(environment_part(part, out.origin, pictures));
     } catch (const Error &error) {
       out.environment.clear();
       out.losses.push_back(where + ": no environment: " + error.what());
@@ -313,6 +332,14 @@ std::string Frame::camera_ids() const {
   std::string out;
   for (const fvv_camera &camera : cameras) out += (out.empty() ? "" : ", ") + std::to_string(camera.id);
   return out.empty() ? "none" : out;
+}
+
+fvv_camera in_frame(fvv_camera camera, const Frame &frame) {
+  for (size_t row = 0; row < 3; row++) {
+    const double *axis = &camera.rotation[3 * row];
+    camera.translation[row] += axis[0] * frame.origin.x + axis[1] * frame.origin.y + axis[2] * frame.origin.z;
+  }
+  return camera;
 }
 
 Frame load_frame(const InputFile &file, int64_t number, const LoadOptions &options) {

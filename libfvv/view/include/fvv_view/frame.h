@@ -8,6 +8,7 @@
 #include "fvv_media/video.h"
 #include "fvv_render/environment.h"
 #include "fvv_render/rasteriser.h"
+#include "fvv_render/vector.h"
 
 #include <string>
 #include <vector>
@@ -30,6 +31,9 @@ struct Picture {
 struct Frame {
   std::string file; // as InputFile::path() names it
   int64_t number = 0;
+  // What positions, cameras, pictures and environment count from, in the stream's coordinates: the lattice's
+  // origin as far as that is beyond what float holds to a fraction of a step (coordinates of maps), else 0.
+  render::Vec3 origin;
   std::vector<float> positions; // none: the stage is empty
   std::vector<uint32_t> faces;
   std::vector<fvv_camera> cameras;   // all of the stream, whole pictures; without names
@@ -61,5 +65,8 @@ struct LoadOptions {
 // Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), the stream has no
 // meshes, or its mesh is damaged, or a picture takes more than memory. Nothing is read from file afterwards.
 Frame load_frame(const InputFile &file, int64_t number, const LoadOptions &options = {});
+
+// A camera of the stream's coordinates in those of a frame.
+fvv_camera in_frame(fvv_camera camera, const Frame &frame);
 
 } // namespace fvv::view
