@@ -29,6 +29,8 @@ COLMAP_MODELS = {
     "SIMPLE_RADIAL_FISHEYE": (1, "k1"),
     "RADIAL_FISHEYE": (1, "k1 k2"),
     "OPENCV_FISHEYE": (2, "k1 k2 k3 k4"),
+    "SIMPLE_FISHEYE": (1, ""),
+    "FISHEYE": (2, ""),
 }
 RANGES = {"k1": 0.08, "k2": 0.02, "k3": 0.004, "k4": 0.03, "k5": 0.01, "k6": 0.002, "p1": 0.002, "p2": 0.002}
 
@@ -109,7 +111,7 @@ def write_colmap_binary(folder, random):
     numbers = dict(
         zip("SIMPLE_PINHOLE PINHOLE SIMPLE_RADIAL RADIAL OPENCV OPENCV_FISHEYE FULL_OPENCV".split(), range(7))
     )
-    numbers.update(SIMPLE_RADIAL_FISHEYE=8, RADIAL_FISHEYE=9)
+    numbers.update(SIMPLE_RADIAL_FISHEYE=8, RADIAL_FISHEYE=9, SIMPLE_FISHEYE=14, FISHEYE=15)
     cameras, intrinsics, images = [], [], []
     for i, (model, (focal_lengths, keys)) in enumerate(COLMAP_MODELS.items()):
         camera = Camera(random, keys, "FISHEYE" in model, focal_lengths)
@@ -152,6 +154,65 @@ def write_colmap(folder, random):
     (folder / "cameras.txt").write_text("\n".join(intrinsics) + "\n")
     (folder / "images.txt").write_text("\n".join(images) + "\n")
     return ["colmap", folder], cameras
+
+
+def product(p, q):
+    """Hamilton's."""
+    v = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
+    return np.array([p[0] * q[0] - p[1:] @ q[1:], *v])
+
+
+def rigs_of(cameras, random):
+    """All cameras as sensors of one rig, the first of which is its reference: (sensor_from_rig, rig_from_world)."""
+    first = cameras[0][2]
+    back = first.q * [1, -1, -1, -1]
+    poses = []
+    for _, _, camera, _ in cameras[1:]:
+        q = product(camera.q, back)
+        poses.append((q / np.linalg.norm(q), camera.t - rotation(q / np.linalg.norm(q)) @ first.t))
+    return poses, (first.q, first.t)
+
+
+def make_stale(camera):
+    """What the list of images still has: another pose."""
+    return product(camera.q, np.array([0.6, 0, 0.8, 0])), camera.t + 0.5
+
+
+def write_colmap_rigs(folder, random):
+    """COLMAP 3.12 and later: rigs.txt and frames.txt decide; images.txt may be stale (its issue 4752)."""
+    arguments, cameras = write_colmap(folder, random)
+    poses, (q, t) = rigs_of(cameras, random)
+    sensors = "".join(f" CAMERA {i + 2} 1 {text(a)} {text(b)}" for i, (a, b) in enumerate(poses))
+    (folder / "rigs.txt").write_text(f"# Rigs\n1 {len(cameras)} CAMERA 1{sensors}\n")
+    data = "".join(f" CAMERA {i + 1} {camera[0]}" for i, camera in enumerate(cameras))
+    (folder / "frames.txt").write_text(f"# Frames\n1 1 {text(q)} {text(t)} {len(cameras)}{data}\n")
+    lines = (folder / "images.txt").read_text().split("\n")
+    for i, (identity, _, camera, _) in enumerate(cameras):
+        old_q, old_t = make_stale(camera)
+        lines[1 + 2 * i] = f"{identity} {text(old_q)} {text(old_t)} {i + 1} rig/view{i}.png"
+    (folder / "images.txt").write_text("\n".join(lines))
+    return arguments, cameras
+
+
+def write_colmap_rigs_binary(folder, random):
+    arguments, cameras = write_colmap_binary(folder, random)
+    model = folder / "sparse/0"
+    poses, (q, t) = rigs_of(cameras, random)
+    rig = struct.pack("<IIiI", 1, len(cameras), 0, 1)
+    for i, (a, b) in enumerate(poses):
+        rig += struct.pack("<iIB7d", 0, i + 2, 1, *a, *b)
+    # An IMU, whose place is not known, counts for nothing.
+    rig = rig[:4] + struct.pack("<I", len(cameras) + 1) + rig[8:] + struct.pack("<iIB", 1, 1, 0)
+    (model / "rigs.bin").write_bytes(struct.pack("<Q", 1) + rig)
+    frame = struct.pack("<II7dI", 1, 1, *q, *t, len(cameras) + 1) + struct.pack("<iIQ", 1, 1, 5)
+    for i, camera in enumerate(cameras):
+        frame += struct.pack("<iIQ", 0, i + 1, camera[0])
+    (model / "frames.bin").write_bytes(struct.pack("<Q", 1) + frame)
+    images = []
+    for i, (identity, _, camera, _) in enumerate(cameras):
+        images.append(colmap_image(identity, *make_stale(camera), i + 1, f"rig/view{i}.png", keypoints=i))
+    (model / "images.bin").write_bytes(struct.pack("<Q", len(images)) + b"".join(images))
+    return arguments, cameras
 
 
 def opencv_yaml(values):
@@ -334,6 +395,8 @@ def write_panoptic(folder, random):
 WRITERS = {
     "colmap": write_colmap,
     "colmap_binary": write_colmap_binary,
+    "colmap_rigs": write_colmap_rigs,
+    "colmap_rigs_binary": write_colmap_rigs_binary,
     "krt": write_krt,
     "krt_files": write_krt_files,
     "panoptic": write_panoptic,

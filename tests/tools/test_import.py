@@ -89,7 +89,7 @@ def test_a_suspected_mistake_is_reported_and_exits_3(fvvimport, written, tmp_pat
     done = fvvimport(*arguments, "--check", points)
     assert (done.returncode, done.stderr) == (3, b"")
     out = done.stdout.decode().splitlines()
-    assert out[0] == "180 points: rms 0.7071 px, max 0.7071 px, 0 not visible"
+    assert out[0] == "220 points: rms 0.7071 px, max 0.7071 px, 0 not visible"
     assert out[1] == "  camera 11: rms 0.7071 px"
     assert out[-1].startswith(
         "suspected: the principal point, or the points, count pixel centres half a pixel off (undone: rms "

@@ -204,6 +204,7 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
              : std::make_shared<const MeshCache::Loaded>(read());
   if (report) {
     report->polygons += loaded->report.polygons;
+    report->self_crossing += loaded->report.self_crossing;
     report->lines_and_points += loaded->report.lines_and_points;
   }
   Mesh mesh = loaded->mesh;
@@ -218,7 +219,12 @@ void find_empty_meshes(Capture &capture) {
 }
 
 std::string load_embedded_atlas(const Capture &capture, int64_t frame) {
-  return read_mesh_picture(capture.mesh_path(frame));
+  // An empty stage shows no picture: that of the frame before costs least, of the first one there is that
+  // after.
+  const std::vector<int64_t> frames = capture.mesh_frames();
+  auto source = std::upper_bound(frames.begin(), frames.end(), frame);
+  if (source != frames.begin()) --source;
+  return read_mesh_picture(capture.mesh_path(source == frames.end() ? frame : *source));
 }
 
 MeshAnimation::MeshAnimation(std::optional<Name> animation, fvv_rational from, int64_t first_frame)

@@ -426,7 +426,19 @@ private:
 } // namespace
 
 Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe) {
-  return FileCheck(capture, probe, video_probe).run();
+  Findings findings = FileCheck(capture, probe, video_probe).run();
+  // All files of a sequence are of one program.
+  const std::vector<int64_t> meshes = capture.memory ? std::vector<int64_t>() : capture.mesh_frames();
+  if (!meshes.empty() && is_gltf(capture.mesh_path(meshes.front()))) {
+    const std::string path = capture.mesh_path(meshes.front());
+    try {
+      for (const std::string &name : gltf::unknown_extensions(read_file(path, max_mesh_file), path))
+        findings.warnings.push_back(path + ": uses " + quote(name) +
+                                    ", which is not known here: what it changes is not shown");
+    } catch (const Error &) {} // is among the problems
+  }
+  findings.warnings.insert(findings.warnings.begin(), capture.notes.begin(), capture.notes.end());
+  return findings;
 }
 
 namespace {

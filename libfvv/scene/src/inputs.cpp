@@ -4,11 +4,13 @@
 #include "fvv_scene/file_io.h"
 #include "fvv_scene/import.h"
 #include "scene/src/capture_fields.h"
-#include "scene/src/gltf/container.h"
+#include "scene/src/gltf/scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
+#include <set>
 
 namespace fvv::scene {
 
@@ -127,10 +129,21 @@ struct Sequence {
   Pattern pattern;
 };
 
-// From the lowest to the highest number that any of these has. Files that are missing between them are found
-// when all files of the capture are checked.
+// More than 1 if at least three numbers go in such steps without a gap: of two, one between them may be
+// missing.
+int64_t step_of(const std::set<int64_t> &numbers) {
+  if (numbers.size() < 3) return 1;
+  const int64_t step = *std::next(numbers.begin()) - *numbers.begin();
+  for (auto here = numbers.begin(), next = std::next(here); next != numbers.end(); here = next++)
+    if (*next - *here != step) return 1;
+  return step;
+}
+
+// From the lowest to the highest number that any of these has, in the steps in which all of them go. Files
+// that are missing between them are found when all files of the capture are checked.
 Frames frames_of(const std::vector<Sequence> &sequences) {
   int64_t first = INT64_MAX, last = -1;
+  std::set<int64_t> all;
   for (const Sequence &sequence : sequences) {
     const std::vector<int64_t> numbers = numbers_of(sequence.pattern);
     if (numbers.empty())
@@ -138,10 +151,12 @@ Frames frames_of(const std::vector<Sequence> &sequences) {
                   found_instead(sequence.pattern));
     first = std::min(first, numbers.front());
     last = std::max(last, numbers.back());
+    all.insert(numbers.begin(), numbers.end());
   }
   Frames frames;
   frames.first = first;
-  frames.count = last - first + 1;
+  frames.step = step_of(all);
+  frames.count = (last - first) / frames.step + 1;
   return frames;
 }
 
@@ -176,6 +191,46 @@ std::optional<std::string> sequence_of(const fs::path &picture) {
   return best;
 }
 
+// The pattern that other programs mean by m####.obj, m$F4.obj (Houdini) or m*.obj; a name that exists means
+// itself.
+std::string usual_pattern(const std::string &text) {
+  std::error_code ignored;
+  if (fs::exists(text, ignored)) return text;
+  std::string out;
+  bool is_known = text.find('%') != text.npos;
+  for (size_t i = 0; i < text.size(); i++) {
+    const size_t hashes =
+        text.find_first_not_of('#', i) == text.npos ? text.size() - i : text.find_first_not_of('#', i) - i;
+    const bool is_frame = text.compare(i, 2, "$F") == 0;
+    if (is_known || (!hashes && !is_frame)) {
+      out += text[i];
+      continue;
+    }
+    const size_t digit = i + 2;
+    const bool has_width = is_frame && digit < text.size() && text[digit] >= '1' && text[digit] <= '9';
+    const size_t width = is_frame ? (has_width ? size_t(text[digit] - '0') : 1) : hashes;
+    out += width == 1 ? "%d" : "%0" + std::to_string(width) + "d";
+    i += is_frame ? (has_width ? 2 : 1) : hashes - 1;
+    is_known = true;
+  }
+  const fs::path path = out;
+  const std::string name = path.filename().string();
+  const size_t star = name.find('*');
+  if (is_known || star == name.npos || name.find('*', star + 1) != name.npos) return out;
+  std::optional<fs::path> first;
+  const fs::path parent = path.parent_path();
+  fs::directory_iterator entry(parent.empty() ? fs::path(".") : parent, ignored), end;
+  for (; !ignored && entry != end; entry.increment(ignored)) {
+    const std::string file = entry->path().filename().string();
+    if (file.size() + 1 >= name.size() && file.compare(0, star, name, 0, star) == 0 &&
+        file.compare(file.size() - (name.size() - star - 1), file.npos, name, star + 1, name.npos) == 0 &&
+        (!first || file < first->filename().string()))
+      first = parent / file;
+  }
+  const std::optional<std::string> found = first ? sequence_of(*first) : std::nullopt;
+  return found.value_or(first ? as_pattern(first->string()) : out);
+}
+
 // The first file of a folder, by name.
 std::optional<fs::path> first_file(const fs::path &folder) {
   std::optional<fs::path> first;
@@ -191,14 +246,21 @@ std::optional<fs::path> first_file(const fs::path &folder) {
 // files: of the calibration, each camera's picture. A camera that has a folder of its own has a sequence of
 // pictures there: the folder of its picture, unless other cameras have pictures in it, or one with the name
 // of the picture. All others have the one picture.
-void add_pictures(std::vector<Camera> &cameras, const std::vector<std::string> &files) {
+// has_moments: each camera has a sequence, wherever it is.
+void add_pictures(std::vector<Camera> &cameras, const std::vector<std::string> &files,
+                  bool has_moments = false) {
   std::map<fs::path, size_t> used;
   for (const std::string &file : files) used[fs::path(file).parent_path()]++;
   for (size_t i = 0; i < cameras.size(); i++) {
     const fs::path picture = files[i];
     std::error_code ignored;
     std::optional<std::string> pattern;
-    if (files.size() > 1 && used[picture.parent_path()] == 1) pattern = sequence_of(picture);
+    if (has_moments || (files.size() > 1 && used[picture.parent_path()] == 1)) pattern = sequence_of(picture);
+    if (has_moments && !pattern)
+      throw Error(describe(cameras[i]) +
+                  ": expected pictures of several moments whose names differ by a number, "
+                  "found " +
+                  picture.string());
     const fs::path own = picture.parent_path() / picture.stem();
     if (!pattern && !fs::exists(picture, ignored) && fs::is_directory(own, ignored))
       if (const auto first = first_file(own)) {
@@ -233,7 +295,7 @@ Folder read_nerfstudio(const fs::path &file) {
   std::vector<std::string> files;
   for (const std::string &name : calibration.pictures)
     files.push_back(import::nerfstudio_picture(file.parent_path().string(), name));
-  add_pictures(calibration.cameras, files);
+  add_pictures(calibration.cameras, files, calibration.has_moments);
   return {std::move(calibration.cameras), file.filename().string()};
 }
 
@@ -306,10 +368,8 @@ GltfFacts facts_of(const std::string &path) {
   GltfFacts facts;
   if (const auto animations = container.root().find("animations")) facts.animations = animations->size();
   if (const auto materials = container.root().find("materials"))
-    for (size_t i = 0; i < materials->size(); i++) {
-      const auto surface = materials->item(i).find("pbrMetallicRoughness");
-      facts.base_colour = facts.base_colour || (surface && surface->find("baseColorTexture"));
-    }
+    for (size_t i = 0; i < materials->size(); i++)
+      facts.base_colour = facts.base_colour || gltf::colour_texture(materials->item(i));
   if (facts.animations > 1)
     throw Error(path + ": expected one animation, found " + std::to_string(facts.animations) +
                 "; a capture.json names one of them (spec/capture.md)");
@@ -320,7 +380,18 @@ GltfFacts facts_of(const std::string &path) {
 Frames find_frames(const Pattern &meshes, const std::optional<PictureSource> &atlas, const Capture &capture) {
   std::vector<Sequence> sequences;
   bool videos = atlas && atlas->video;
-  if (meshes.is_numbered()) return frames_of({{"--meshes", meshes}});
+  if (meshes.is_numbered()) {
+    Frames frames = frames_of({{"--meshes", meshes}});
+    // Pictures between the steps are of frames whose meshes are missing.
+    if (frames.step > 1 && atlas && atlas->pattern && atlas->pattern->is_numbered())
+      for (const int64_t number : numbers_of(*atlas->pattern))
+        if (number > frames.first && (number - frames.first) % frames.step != 0) {
+          frames.count = (frames.count - 1) * frames.step + 1;
+          frames.step = 1;
+          break;
+        }
+    return frames;
+  }
   if (atlas && atlas->pattern && atlas->pattern->is_numbered())
     return frames_of({{"--atlas", *atlas->pattern}});
   for (const Camera &camera : capture.cameras) {
@@ -353,13 +424,29 @@ void check_pictures(const Capture &capture) {
                     "; name them with " + option + " '" + folder + "/{name}/%04d.png'");
 }
 
-// Whether the first mesh file that is not empty brings a picture.
-bool brings_picture(const Pattern &meshes, const Frames &frames) {
+// Whether the meshes bring a picture: the first that is not empty, or, so that one without does not decide
+// for all, any other. notes: why there may be none.
+bool brings_picture(const Pattern &meshes, const Frames &frames, std::vector<std::string> &notes) {
   if (!may_bring_picture(meshes.text())) return false;
+  bool is_first = true;
   for (const int64_t number : frames.numbers()) {
     const std::string path = meshes.file(number);
-    if (is_gltf(path)) return facts_of(path).base_colour;
-    if (!is_empty_mesh(path)) return bool(parse_obj_materials(read_file(path, max_mesh_file), path).picture);
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) continue; // is said when all files are checked
+    if (is_gltf(path)) {
+      if (facts_of(path).base_colour) return true;
+    } else if (!is_empty_mesh(path)) {
+      const std::string bytes = read_file(path, max_mesh_file);
+      if (is_first || bytes.find("mtllib") != bytes.npos) {
+        const ObjMaterials materials = parse_obj_materials(bytes, path);
+        if (materials.picture) return true;
+        if (is_first)
+          for (const std::string &missing : materials.missing)
+            notes.push_back(path + ": has no picture: " + missing + "; the atlas option names one");
+      }
+      is_first = false;
+    }
+    if (!meshes.is_numbered()) break;
   }
   return false;
 }
@@ -377,8 +464,8 @@ void set_meshes(Capture &capture, const Inputs &inputs, const Names &names) {
   if (capture.animation) capture.animation = animation(capture.frames.first);
   capture.meshes = parse_pattern("--meshes", names(inputs.meshes, false));
   if (atlas) capture.atlas = Atlas{names(*atlas, capture.frames), std::nullopt};
-  if (inputs.atlas == embedded ||
-      (inputs.atlas.empty() && capture.cameras.empty() && brings_picture(meshes, capture.frames)))
+  if (inputs.atlas == embedded || (inputs.atlas.empty() && capture.cameras.empty() &&
+                                   brings_picture(meshes, capture.frames, capture.notes)))
     capture.atlas = Atlas{};
 }
 
@@ -463,7 +550,11 @@ void check_inputs(const Inputs &inputs) {
   if (!inputs.up.empty()) parse_up(inputs.up);
 }
 
-std::string describe_inputs(const std::string &given, const Inputs &inputs, const std::string &file) {
+std::string describe_inputs(const std::string &given, const Inputs &as_given, const std::string &file,
+                            std::vector<std::string> *notes) {
+  Inputs inputs = as_given;
+  for (std::string *text : {&inputs.meshes, &inputs.atlas, &inputs.pictures, &inputs.masks})
+    *text = usual_pattern(*text);
   check_inputs(inputs);
   std::error_code ignored;
   if (fs::is_regular_file(description_file(given), ignored) && !is_transforms(given))
@@ -493,6 +584,7 @@ std::string describe_inputs(const std::string &given, const Inputs &inputs, cons
   capture.up = !inputs.up.empty() ? parse_up(inputs.up)
                : by_gltf          ? uint8_t(FVV_UP_Y)
                                   : uint8_t(FVV_UP_UNKNOWN);
+  if (notes) *notes = capture.notes;
   return format_capture(capture, units_text(inputs, by_gltf));
 }
 
@@ -511,7 +603,10 @@ Capture load_capture(const std::string &given, const Inputs &inputs) {
   // Patterns are relative to the folder of this name, of which there is no file.
   std::string name = given.empty() ? "--meshes" : given;
   while (name.size() > 1 && name.back() == '/') name.pop_back();
-  return parse_capture(describe_inputs(given, inputs, name), name);
+  std::vector<std::string> notes;
+  Capture capture = parse_capture(describe_inputs(given, inputs, name, &notes), name);
+  capture.notes = std::move(notes);
+  return capture;
 }
 
 } // namespace fvv::scene

@@ -9,6 +9,10 @@ namespace fvv::scene {
 // Appends the fan of a polygon around its first corner. corners: at least 3 indices.
 void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &report);
 
+// Places of vertices that are not numbers (depth cameras write them for pixels without depth): 0 where no
+// face uses the vertex, else Error.
+void settle_unused(Mesh &mesh, const std::string &name);
+
 // Gives every vertex one pair of texture coordinates, one normal, or both. texture: u v for each corner of
 // mesh.faces, in their order, normals: x y z for each; or empty. A vertex keeps its place with the first pair
 // and normal; copies for all others follow all vertices. Vertices that no face uses get (0, 0) and (0, 0, 0).

@@ -68,6 +68,7 @@ bool is_empty_mesh(const std::string &path) {
   std::string start(enough + 1, '\0');
   file.read(&start[0], std::streamsize(start.size()));
   start.resize(size_t(file.gcount()));
+  std::replace(start.begin(), start.end(), '\r', '\n'); // old programs end lines with it alone
   std::istringstream lines(start);
   std::string line;
   bool vertices = false, faces = false;
@@ -121,6 +122,22 @@ void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &re
   if (corners.size() > 3) report.polygons++;
   for (size_t i = 1; i + 1 < corners.size(); i++)
     mesh.faces.insert(mesh.faces.end(), {corners[0], corners[i], corners[i + 1]});
+}
+
+void settle_unused(Mesh &mesh, const std::string &name) {
+  const auto is_number = [&](size_t vertex) {
+    return std::all_of(&mesh.positions[3 * vertex], &mesh.positions[3 * vertex] + 3,
+                       [](double x) { return std::isfinite(x); });
+  };
+  std::vector<size_t> missing;
+  for (size_t vertex = 0; vertex < mesh.vertex_count(); vertex++)
+    if (!is_number(vertex)) missing.push_back(vertex);
+  if (missing.empty()) return;
+  for (size_t i = 0; i < mesh.faces.size(); i++)
+    if (std::binary_search(missing.begin(), missing.end(), size_t(mesh.faces[i])))
+      throw Error(name + ": face " + std::to_string(i / 3) + " uses vertex " + std::to_string(mesh.faces[i]) +
+                  " (from 0), whose coordinates are not finite numbers");
+  for (const size_t vertex : missing) std::fill_n(&mesh.positions[3 * vertex], 3, 0.0);
 }
 
 // From texture coordinates and normals per corner, as modelling programs store them,

@@ -5,9 +5,11 @@
 #include "fvv_scene/file_io.h"
 #include "scene/src/mesh_build.h"
 #include "scene/src/mtl.h"
+#include "scene/src/polygon.h"
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <iterator>
 #include <set>
 
@@ -46,6 +48,9 @@ public:
     check_forwards(pairs);
     if (has_normals) check_forwards(normals);
     if (mesh.faces.empty()) throw Error(name + ": expected at least one face (f), found none");
+    settle_unused(mesh, name);
+    const ConcavePolygons concave(mesh, polygons, report, name);
+    for (std::vector<uint32_t> *faces : {&mesh.faces, &chart.faces, &shading.faces}) concave.apply(*faces, 1);
     if (wants_texture || has_normals)
       split_seams(mesh, of_corners(chart.faces, texture, 2),
                   has_normals ? of_corners(shading.faces, directions, 3) : std::vector<double>(), limits,
@@ -55,7 +60,12 @@ public:
 
   // After read().
   ObjMaterials materials() const {
-    return read_materials(name, libraries, {used_materials.begin(), used_materials.end()});
+    ObjMaterials out = read_materials(name, libraries, {used_materials.begin(), used_materials.end()});
+    if (out.picture && !has_pairs) {
+      out.missing.push_back("its faces have no texture coordinates");
+      out.picture.reset();
+    }
+    return out;
   }
 
 private:
@@ -146,12 +156,23 @@ private:
       fail("expected an OBJ keyword such as v or f, found " + quote(keyword));
   }
 
-  // The numbers of the line, of which the first ones are stored; returns their number.
-  template <size_t kept> size_t numbers_of_line(const char *keyword, double (&numbers)[kept]) {
+  static bool is_no_number(std::string_view text) {
+    if (!text.empty() && (text[0] == '-' || text[0] == '+')) text.remove_prefix(1);
+    const std::string small = lower(text);
+    return small.substr(0, 3) == "nan" || small == "inf" || small == "infinity" ||
+           small.substr(0, 3) == "1.#";
+  }
+
+  // The numbers of the line, of which the first ones are stored; returns their number. any: a number may also
+  // be NaN or infinite.
+  template <size_t kept>
+  size_t numbers_of_line(const char *keyword, double (&numbers)[kept], bool any = false) {
     size_t count = 0;
     for (std::string_view text; word(text); count++) {
       double value;
-      if (!parse_double(text, value))
+      if (any && is_no_number(text))
+        value = NAN;
+      else if (!parse_double(text, value))
         fail("expected a finite number after " + std::string(keyword) + ", found " + quote(text));
       if (count < kept) numbers[count] = value;
     }
@@ -160,7 +181,8 @@ private:
 
   void vertex() {
     double numbers[7];
-    const size_t count = numbers_of_line("v", numbers);
+    // Only places of vertices that faces use must be numbers; colours are not used.
+    const size_t count = numbers_of_line("v", numbers, true);
     if (count < 3 || count == 5 || count > 7)
       fail("expected 3, 4, 6 or 7 numbers after v, found " + std::to_string(count));
     if (mesh.vertex_count() == limits.max_vertices)
@@ -230,7 +252,8 @@ private:
     int64_t indices[3] = {0, 0, 0};
     const char *at = text.data(), *stop = at + text.size();
     for (int part = 0;; part++) {
-      const bool empty = part == 1 && at < stop && *at == '/';
+      // Some programs write v/ and v// where there are no texture coordinates and normals.
+      const bool empty = part > 0 && (at == stop || (part == 1 && *at == '/'));
       if (!empty) {
         const auto [behind, error] = std::from_chars(at, stop, indices[part]);
         if (error != std::errc()) malformed();
@@ -242,6 +265,7 @@ private:
       at++;
     }
     corners.push_back(resolve(indices[0], vertices));
+    has_pairs = has_pairs || indices[1];
     has_normals = has_normals && indices[2];
     if (has_normals) corner_normals.push_back(resolve(indices[2], normals));
     if (!wants_texture) return;
@@ -259,6 +283,7 @@ private:
       fail("expected at least 3 corners after f, found " + std::to_string(corners.size()));
     if (corners.size() - 2 > limits.max_faces - mesh.face_count())
       fail("more than the allowed " + std::to_string(limits.max_faces) + " triangles");
+    if (corners.size() > 3) polygons.push_back({mesh.face_count(), uint32_t(corners.size())});
     append_fan(mesh, corners, report);
     if (!is_used) used_materials.insert(material);
     is_used = true;
@@ -272,12 +297,14 @@ private:
   const fvv_limits &limits;
   MeshReport &report;
   const bool wants_texture;
-  bool has_normals; // they are requested, and every corner so far has one
+  bool has_pairs = false; // some corner has texture coordinates
+  bool has_normals;       // they are requested, and every corner so far has one
   uint64_t line = 1;
   std::string_view material;
   bool is_used = false; // by a face
   std::vector<std::string_view> libraries;
   std::set<std::string_view> used_materials;
+  std::vector<Polygon> polygons;
   Mesh mesh, chart, shading; // the same faces with indices of vertices, pairs, normals
   std::vector<double> texture, directions;
   std::vector<uint32_t> corners, corner_pairs, corner_normals; // of one face
@@ -285,19 +312,32 @@ private:
                     pairs = {"texture coordinate", UINT32_MAX, 0, {}};
 };
 
+// Without a byte order mark, and with LF where a file of old programs has CR alone. kept: where the bytes are
+// then, if they differ.
+std::string_view as_usual(std::string_view bytes, std::string &kept) {
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  if (bytes.substr(0, mark.size()) == mark) bytes.remove_prefix(mark.size());
+  if (bytes.find('\n') != bytes.npos || bytes.find('\r') == bytes.npos) return bytes;
+  kept = bytes;
+  std::replace(kept.begin(), kept.end(), '\r', '\n');
+  return kept;
+}
+
 } // namespace
 
 Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
                bool texture, bool normals) {
   MeshReport ignored;
   const fvv_limits bounds = limits_or_default(limits);
-  return ObjReader(bytes, name, bounds, report ? *report : ignored, texture, normals).read();
+  std::string kept;
+  return ObjReader(as_usual(bytes, kept), name, bounds, report ? *report : ignored, texture, normals).read();
 }
 
 ObjMaterials parse_obj_materials(std::string_view bytes, const std::string &name) {
   MeshReport ignored;
   const fvv_limits bounds = limits_or_default(nullptr);
-  ObjReader reader(bytes, name, bounds, ignored, false, false);
+  std::string kept;
+  ObjReader reader(as_usual(bytes, kept), name, bounds, ignored, false, false);
   (void)reader.read();
   try {
     return reader.materials();

@@ -5,6 +5,7 @@
 #include "fvv_scene/file_io.h"
 #include "fvv_scene/mesh_file.h"
 #include "scene/src/mesh_build.h"
+#include "scene/src/polygon.h"
 
 #include <algorithm>
 #include <cinttypes>
@@ -27,7 +28,21 @@ struct PlyType {
 };
 
 // The meaning of a property for a mesh. unused ones are skipped.
-enum class PlyRole { unused, x, y, z, u, v, nx, ny, nz, corners, corner_texture, texture_number };
+enum class PlyRole {
+  unused,
+  x,
+  y,
+  z,
+  u,
+  v,
+  nx,
+  ny,
+  nz,
+  corners,
+  strips, // of triangles, separated by -1
+  corner_texture,
+  texture_number
+};
 
 struct PlyProperty {
   std::string name;
@@ -179,6 +194,10 @@ private:
     element.properties.push_back(property);
   }
 
+  static bool is_list_of_vertices(const PlyProperty &property) {
+    return property.name == "vertex_indices" || property.name == "vertex_index";
+  }
+
   PlyRole role_of(const PlyElement &element, const PlyProperty &property) const {
     PlyRole role = PlyRole::unused;
     if (element.name == "vertex") {
@@ -187,8 +206,11 @@ private:
       if (property.name == "z") role = PlyRole::z;
       if (role != PlyRole::unused && property.is_list())
         fail("expected a number for " + property.name + ", found a list");
-    } else if (element.name == "face" &&
-               (property.name == "vertex_indices" || property.name == "vertex_index")) {
+    } else if (element.name == "tristrips" && is_list_of_vertices(property)) {
+      role = PlyRole::strips;
+      if (!property.is_list() || property.type.is_float)
+        fail("expected a list of integers for " + property.name);
+    } else if (element.name == "face" && is_list_of_vertices(property)) {
       role = PlyRole::corners;
       if (!property.is_list() || property.type.is_float)
         fail("expected a list of integers for " + property.name);
@@ -218,22 +240,27 @@ private:
            std::to_string(limit) + " are allowed");
   }
 
+  bool has(const char *element) const {
+    return std::any_of(header.elements.begin(), header.elements.end(),
+                       [&](const PlyElement &one) { return one.name == element && one.count; });
+  }
+
   void check_mesh() {
-    const PlyElement &vertex = find("vertex"), &face = find("face");
+    const PlyElement &vertex = find("vertex");
     check_role(vertex, PlyRole::x, "property x");
     check_role(vertex, PlyRole::y, "property y");
     check_role(vertex, PlyRole::z, "property z");
-    check_role(face, PlyRole::corners, "a list vertex_indices");
     check_limit(vertex, limits.max_vertices);
-    check_limit(face, limits.max_faces);
     header.vertex_count = vertex.count;
+    if (has("tristrips")) {
+      check_role(find("tristrips"), PlyRole::strips, "a list vertex_indices");
+      if (!has("face")) return;
+    }
+    const PlyElement &face = find("face");
+    check_role(face, PlyRole::corners, "a list vertex_indices");
+    check_limit(face, limits.max_faces);
     header.face_count = face.count;
     if (!face.count) fail("expected at least one face, found none");
-    for (const PlyElement &element : header.elements)
-      if (element.name == "tristrips" && element.count) {
-        line = element.line;
-        fail("expected polygons in element face, found triangle strips as well");
-      }
   }
 
   static PlyProperty *property_of(PlyElement &element, const char *property) {
@@ -244,8 +271,10 @@ private:
 
   // Pairs of the corners distinguish seams, which those of the vertices cannot.
   void find_texture() {
-    PlyElement &vertex = find("vertex"), &face = find("face");
-    if (PlyProperty *list = property_of(face, "texcoord")) {
+    PlyElement &vertex = find("vertex");
+    const bool has_faces = has("face");
+    if (PlyProperty *list = has_faces ? property_of(find("face"), "texcoord") : nullptr) {
+      PlyElement &face = find("face");
       line = face.line;
       if (!list->is_list() || !list->type.is_float) fail("expected a list of floats for texcoord");
       list->role = PlyRole::corner_texture;
@@ -335,9 +364,11 @@ public:
     if (!next_line(rest, text))
       fail("the file ends before " + numbered(declared, number) + " of " + std::to_string(declared.count));
   }
-  double real(const PlyProperty &property) {
+  // any: a number may also be NaN or infinite.
+  double real(const PlyProperty &property, bool any = false) {
     const std::string_view word = take(property.name);
     double value;
+    if (any && is_no_number(word)) return NAN;
     if (!parse_double(word, value))
       fail(numbered(*element, index) + ": expected a finite number for " + property.name + ", found " +
            quote(word));
@@ -372,6 +403,12 @@ public:
   }
 
 private:
+  static bool is_no_number(std::string_view text) {
+    if (!text.empty() && (text[0] == '-' || text[0] == '+')) text.remove_prefix(1);
+    const std::string small = lower(text);
+    return small.substr(0, 3) == "nan" || small == "inf" || small == "infinity";
+  }
+
   std::string_view take(const std::string &property) {
     std::string_view word;
     if (!next_word(text, word))
@@ -395,7 +432,7 @@ public:
     element = &declared;
     index = number;
   }
-  double real(const PlyProperty &property) {
+  double real(const PlyProperty &property, bool any = false) {
     const PlyType &type = property.type;
     if (!type.is_float) return static_cast<double>(integer(property, type));
     const uint64_t bits = take(type);
@@ -408,7 +445,7 @@ public:
     } else {
       memcpy(&value, &bits, sizeof value);
     }
-    if (!std::isfinite(value)) {
+    if (!any && !std::isfinite(value)) {
       cursor -= type.size;
       fail(numbered(*element, index) + ": expected a finite number for " + property.name + ", found " +
            (std::isnan(value) ? "nan"
@@ -472,6 +509,11 @@ public:
     for (const PlyElement &element : header.elements)
       for (uint64_t i = 0; i < element.count; i++) read_element(element, i);
     body.finish_file();
+    if (mesh.faces.empty()) throw Error(name + ": expected at least one face, found lines and points alone");
+    settle_unused(mesh, name);
+    const ConcavePolygons concave(mesh, polygons, report, name);
+    concave.apply(mesh.faces, 1);
+    concave.apply(of_corners, 2);
     if (of_corners.empty())
       mesh.normals = std::move(of_vertices);
     else
@@ -490,6 +532,9 @@ private:
       case PlyRole::corners:
         read_face(property, index);
         break;
+      case PlyRole::strips:
+        read_strips(property, index);
+        break;
       case PlyRole::corner_texture:
         for (uint64_t i = list_size(property); i; i--) pairs.push_back(body.real(property));
         has_texture = true;
@@ -501,7 +546,8 @@ private:
         body.skip(property, property.is_list() ? list_size(property) : 1);
         break;
       default:
-        numbers[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] = body.real(property);
+        numbers[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] =
+            body.real(property, element.name == "vertex" && property.role <= PlyRole::z);
         has_texture = has_texture || property.role == PlyRole::u;
         has_normal = has_normal || property.role == PlyRole::nx;
       }
@@ -536,6 +582,9 @@ private:
   }
 
   void check_picture(int64_t picture, uint64_t index) {
+    if (picture < 0) // as MeshLab has it
+      body.fail("face " + std::to_string(index) + ": has no picture (texnumber " + std::to_string(picture) +
+                "), others have: give it a place of the atlas, or read the mesh without one");
     if (index == 0) first_picture = picture;
     if (picture != first_picture)
       body.fail("face " + std::to_string(index) + ": has texture " + std::to_string(picture) +
@@ -553,18 +602,50 @@ private:
   void read_face(const PlyProperty &property, uint64_t index) {
     const auto face = [&] { return "face " + std::to_string(index); };
     const uint64_t size = list_size(property);
-    if (size < 3) body.fail(face() + ": expected at least 3 corners, found " + std::to_string(size));
-    if (size - 2 > limits.max_faces - mesh.face_count())
+    if (size == 0) body.fail(face() + ": expected corners, found none");
+    if (size > 2 && size - 2 > limits.max_faces - mesh.face_count())
       body.fail(face() + ": more than the allowed " + std::to_string(limits.max_faces) + " triangles");
     corners.clear();
-    for (uint64_t i = 0; i < size; i++) {
-      const int64_t corner = body.integer(property, property.type);
-      if (corner < 0 || static_cast<uint64_t>(corner) >= header.vertex_count)
-        body.fail(face() + ": index " + std::to_string(corner) + " of " +
-                  std::to_string(header.vertex_count) + " vertices");
-      corners.push_back(static_cast<uint32_t>(corner));
+    for (uint64_t i = 0; i < size; i++)
+      corners.push_back(vertex_of(body.integer(property, property.type), face()));
+    if (size < 3) {
+      report.lines_and_points++;
+      return;
     }
+    if (size > 3) polygons.push_back({mesh.face_count(), static_cast<uint32_t>(size)});
     append_fan(mesh, corners, report);
+  }
+
+  // Each vertex after the first two of a strip makes a triangle with the two before it; every second one is
+  // turned round.
+  void read_strips(const PlyProperty &property, uint64_t index) {
+    const std::string strip = "strip " + std::to_string(index);
+    uint32_t before[2] = {0, 0};
+    size_t length = 0;
+    for (uint64_t left = list_size(property); left; left--) {
+      const int64_t corner = body.integer(property, property.type);
+      if (corner == -1) {
+        length = 0;
+        continue;
+      }
+      const uint32_t vertex = vertex_of(corner, strip);
+      if (length >= 2) {
+        if (mesh.face_count() >= limits.max_faces)
+          body.fail(strip + ": more than the allowed " + std::to_string(limits.max_faces) + " triangles");
+        const bool turned = length % 2;
+        mesh.faces.insert(mesh.faces.end(), {before[turned], before[!turned], vertex});
+      }
+      before[0] = before[1];
+      before[1] = vertex;
+      length++;
+    }
+  }
+
+  uint32_t vertex_of(int64_t corner, const std::string &of) {
+    if (corner < 0 || static_cast<uint64_t>(corner) >= header.vertex_count)
+      body.fail(of + ": index " + std::to_string(corner) + " of " + std::to_string(header.vertex_count) +
+                " vertices");
+    return static_cast<uint32_t>(corner);
   }
 
   Body &body;
@@ -573,6 +654,7 @@ private:
   const fvv_limits &limits;
   MeshReport &report;
   Mesh mesh;
+  std::vector<Polygon> polygons;
   std::vector<uint32_t> corners;   // of the last face
   std::vector<double> pairs;       // of that
   std::vector<double> of_corners;  // u v for each corner of mesh.faces, or empty
@@ -587,12 +669,27 @@ Mesh read_body(std::string_view bytes, const PlyHeader &header, const std::strin
   return BodyReader<Body>(body, header, name, limits, report).read();
 }
 
+// With LF where a file of old programs has CR alone: in the header, and in a body of text. kept: where the
+// bytes are then.
+std::string_view with_line_feeds(std::string_view bytes, std::string &kept) {
+  if (bytes.substr(0, 4) != "ply\r" || bytes.substr(4, 1) == "\n") return bytes;
+  const size_t end = bytes.find("end_header\r");
+  if (end == bytes.npos) return bytes;
+  kept = bytes;
+  const bool is_text = bytes.substr(0, end).find("format ascii") != bytes.npos;
+  const auto last = is_text ? kept.end() : kept.begin() + std::ptrdiff_t(end + 11);
+  std::replace(kept.begin(), last, '\r', '\n');
+  return kept;
+}
+
 } // namespace
 
 Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
                bool texture, bool normals) {
   MeshReport ignored;
   const fvv_limits bounds = limits_or_default(limits);
+  std::string kept;
+  bytes = with_line_feeds(bytes, kept);
   const PlyHeader header = parse_ply_header(bytes, name, bounds, texture, normals);
   const auto read = header.format == PlyFormat::ascii ? read_body<AsciiBody> : read_body<BinaryBody>;
   return read(bytes, header, name, bounds, report ? *report : ignored);

@@ -123,6 +123,7 @@ struct Capture {
   std::vector<Camera> cameras;
   std::optional<Background> background;
   std::vector<SoundSource> sounds;
+  std::vector<std::string> notes; // warnings of who made this description, for check_files
 
   // Recently read meshes, up to 128 MiB, shared by copies; NULL: every call of load_mesh reads. A file is
   // read once while its mesh is cached, for all threads.

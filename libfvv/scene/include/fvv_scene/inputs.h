@@ -27,8 +27,10 @@ struct Inputs {
 Capture load_capture(const std::string &given, const Inputs &inputs);
 
 // The text of the capture.json that stands for a folder and inputs. file: where it is to be; its patterns are
-// relative to the folder of it. Throws Error: also for a folder that has a capture.json already.
-std::string describe_inputs(const std::string &given, const Inputs &inputs, const std::string &file);
+// relative to the folder of it. notes: set to warnings, if not NULL. Throws Error: also for a folder that has
+// a capture.json already.
+std::string describe_inputs(const std::string &given, const Inputs &inputs, const std::string &file,
+                            std::vector<std::string> *notes = nullptr);
 
 // Values of options. Error (usage) names the option.
 //

@@ -26,8 +26,11 @@ using geometry::Mesh;
 
 // What a reader changed or left out. All zero: the file had only triangles.
 struct MeshReport {
-  uint64_t polygons = 0;         // faces of more than 3 corners, split into a fan around their first corner
-  uint64_t lines_and_points = 0; // elements l and p of OBJ, such primitives of glTF, left out
+  uint64_t polygons =
+      0; // faces of more than 3 corners: a fan around the first one, or ears if that leaves them
+  uint64_t self_crossing = 0; // those of them that cross themselves, whose fan is kept
+  uint64_t lines_and_points =
+      0; // elements l and p of OBJ, faces of 2 corners, such primitives of glTF, left out
 };
 
 // A mesh at the default limits, as text with normals and texture coordinates, stays below this.
@@ -54,8 +57,11 @@ Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits
 // The files that the faces of an OBJ file take their colours from.
 struct ObjMaterials {
   std::vector<std::string> libraries; // .mtl files, as paths; none where no face has a material
-  std::optional<std::string>
-      picture; // map_Kd of the materials of all faces, as a path; none where they have none
+  // map_Kd (else map_Ka or map_Ke) of the materials of all faces, as a path; none where they have none. Where
+  // no face has a material of the libraries, the only picture that these name.
+  std::optional<std::string> picture;
+  std::vector<std::string>
+      missing; // sentences on what may be why there is no picture, without the file's name
 };
 // name: also the path in whose folder, or below, the libraries are. The picture is there too, or directly in
 // a folder beside that. Unlike pictures, and a picture for some faces only, are an error.

@@ -41,6 +41,7 @@ public:
   double number() const;
   int64_t integer(int64_t least, int64_t most) const;
 
+  std::string raw() const { return value->dump(); } // as JSON, to compare values
   // The value for an error message: "a string", "3.5", ...
   std::string found() const;
 

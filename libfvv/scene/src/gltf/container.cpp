@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <meshoptimizer.h>
 #include <string_view>
 
@@ -151,17 +152,38 @@ constexpr uint64_t numbers_per_byte = 4, numbers_for_free = uint64_t(1) << 24;
 
 // Extensions that a file may require here: those that are supported, and families that change the look of a
 // surface but not its shape.
-constexpr std::string_view understood[] = {"KHR_mesh_quantization", "KHR_lights_punctual",
-                                           "KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                           "KHR_meshopt_compression"};
-constexpr std::string_view looks[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"};
+constexpr std::string_view understood[] = {
+    "KHR_node_visibility",        "EXT_mesh_gpu_instancing", "KHR_mesh_quantization",  "KHR_lights_punctual",
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
+constexpr std::string_view looks[] = {"KHR_materials_", "EXT_materials_", "ADOBE_materials_",
+                                      "KHR_texture_",   "EXT_texture_",   "MSFT_texture_"};
+// Families that describe what is there, or add what is not a surface; only in extensionsUsed.
+constexpr std::string_view descriptions[] = {"KHR_xmp",
+                                             "EXT_lights_",
+                                             "EXT_structural_metadata",
+                                             "EXT_mesh_features",
+                                             "EXT_instance_features",
+                                             "EXT_feature_metadata",
+                                             "EXT_mesh_manifold",
+                                             "FB_ngon_encoding",
+                                             "GODOT_",
+                                             "VRM",
+                                             "MSFT_lod",
+                                             "KHR_audio",
+                                             "MSFT_audio",
+                                             "KHR_physics",
+                                             "KHR_collision",
+                                             "OMI_"};
+
+template <size_t N> bool begins_with_one(std::string_view name, const std::string_view (&prefixes)[N]) {
+  return std::any_of(std::begin(prefixes), std::end(prefixes),
+                     [&](std::string_view prefix) { return name.substr(0, prefix.size()) == prefix; });
+}
 
 bool is_harmless(std::string_view name) {
   for (const std::string_view extension : understood)
     if (name == extension) return true;
-  for (const std::string_view prefix : looks)
-    if (name.substr(0, prefix.size()) == prefix) return true;
-  return false;
+  return begins_with_one(name, looks);
 }
 
 [[noreturn]] void fail_at(const std::string &file, size_t offset, const std::string &what) {
@@ -351,6 +373,17 @@ std::vector<std::string> external_files(std::string_view bytes, const std::strin
         out.push_back((std::filesystem::path(path).parent_path() / *name).string());
     }
   }
+  return out;
+}
+
+std::vector<std::string> unknown_extensions(std::string_view bytes, const std::string &path) {
+  const Container container(bytes, path);
+  std::vector<std::string> out;
+  const auto used = container.root().find("extensionsUsed");
+  for (size_t i = 0; used && i < used->size(); i++)
+    if (const std::string name = used->item(i).text();
+        !is_harmless(name) && !begins_with_one(name, descriptions))
+      out.push_back(name);
   return out;
 }
 

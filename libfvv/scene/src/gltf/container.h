@@ -64,4 +64,8 @@ private:
 // The files beside it that a glTF file refers to, as paths. Error for what is no glTF.
 std::vector<std::string> external_files(std::string_view bytes, const std::string &path);
 
+// The extensions that a file uses and that may change what it shows: neither understood nor of materials,
+// textures or lights.
+std::vector<std::string> unknown_extensions(std::string_view bytes, const std::string &path);
+
 } // namespace fvv::scene::gltf

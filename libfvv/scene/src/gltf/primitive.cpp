@@ -27,16 +27,38 @@ void read_transform(const JsonValue &transform, BaseColour &out) {
   if (const auto set = transform.find("texCoord")) out.set = set->integer(0, INT32_MAX);
 }
 
+// Where a texture has its picture in a format that glTF itself does not have.
+JsonValue other_source(const JsonValue &texture) {
+  if (const auto extensions = texture.find("extensions"))
+    for (const char *name :
+         {"EXT_texture_webp", "KHR_texture_basisu", "EXT_texture_avif", "MSFT_texture_dds"})
+      if (const auto extension = extensions->find(name))
+        if (const auto source = extension->find("source")) return *source;
+  return texture.at("source");
+}
+
 } // namespace
+
+std::optional<JsonValue> colour_texture(const JsonValue &material) {
+  const auto inside = [&](const std::optional<JsonValue> &object, const char *key) {
+    return object ? object->find(key) : std::nullopt;
+  };
+  if (auto base = inside(material.find("pbrMetallicRoughness"), "baseColorTexture")) return base;
+  const auto extensions = material.find("extensions");
+  if (auto diffuse = inside(inside(extensions, "KHR_materials_pbrSpecularGlossiness"), "diffuseTexture"))
+    return diffuse;
+  return material.find("emissiveTexture");
+}
 
 BaseColour read_base_colour(const Container &container, const JsonValue &primitive) {
   BaseColour out;
   const auto reference = primitive.find("material");
   if (!reference) return out;
-  const auto metallic = container.item("materials", *reference).find("pbrMetallicRoughness");
-  const auto info = metallic ? metallic->find("baseColorTexture") : std::nullopt;
+  const auto info = colour_texture(container.item("materials", *reference));
   if (!info) return out;
-  const JsonValue source = container.item("textures", info->at("index")).at("source");
+  const JsonValue texture = container.item("textures", info->at("index"));
+  const auto plain = texture.find("source");
+  const JsonValue source = plain ? *plain : other_source(texture);
   container.item("images", source);
   out.image = source.integer(0, INT32_MAX);
   if (const auto set = info->find("texCoord")) out.set = set->integer(0, INT32_MAX);

@@ -157,7 +157,11 @@ private:
     container.item(list, reference);
     return static_cast<uint32_t>(reference.integer(0, INT32_MAX));
   }
-  JsonValue node_json(uint32_t node) const { return root.at("nodes").item(node); }
+  // Of an instance, that of the node that it is an instance of.
+  JsonValue node_json(uint32_t node) const {
+    const size_t own = count_of("nodes");
+    return root.at("nodes").item(node < own ? node : described_by[node - own]);
+  }
 
   static void read_vector(const JsonValue &node, const char *key, double *out, size_t count) {
     const auto value = node.find(key);
@@ -235,10 +239,63 @@ private:
                        std::to_string(scene.nodes[node].parent));
       visible[node] = true;
     }
-    for (const uint32_t node : scene.order)
+    for (const uint32_t node : scene.order) {
       if (scene.nodes[node].parent != none && visible[scene.nodes[node].parent]) visible[node] = true;
+      // KHR_node_visibility: a node that is not shown hides all below it.
+      if (visible[node] && is_hidden(node_json(node))) visible[node] = false;
+    }
+    for (uint32_t i = 0, count = uint32_t(scene.nodes.size()); i < count; i++)
+      if (visible[i] && scene.nodes[i].mesh != none) add_instances(i);
     for (uint32_t i = 0; i < scene.nodes.size(); i++)
       if (visible[i] && scene.nodes[i].mesh != none) scene.drawn.push_back(i);
+  }
+
+  static std::optional<JsonValue> extension(const JsonValue &json, const char *name) {
+    const auto extensions = json.find("extensions");
+    return extensions ? extensions->find(name) : std::nullopt;
+  }
+
+  static bool is_hidden(const JsonValue &json) {
+    const auto visibility = extension(json, "KHR_node_visibility");
+    const auto shown = visibility ? visibility->find("visible") : std::nullopt;
+    return shown && !shown->boolean();
+  }
+
+  // EXT_mesh_gpu_instancing: the mesh of a node several times, each by a node of its own below it.
+  void add_instances(uint32_t index) {
+    const auto instancing = extension(node_json(index), "EXT_mesh_gpu_instancing");
+    const auto attributes = instancing ? instancing->find("attributes") : std::nullopt;
+    if (!attributes) return;
+    const auto read = [&](const char *key, Purpose purpose) {
+      const auto reference = attributes->find(key);
+      return reference ? accessor_numbers(container, *reference, purpose) : std::vector<double>();
+    };
+    const std::vector<double> places = read("TRANSLATION", Purpose::vectors),
+                              turns = read("ROTATION", Purpose::rotations),
+                              sizes = read("SCALE", Purpose::vectors);
+    const size_t count = std::max({places.size() / 3, turns.size() / 4, sizes.size() / 3});
+    for (const auto &[numbers, width] : {std::pair(&places, 3), std::pair(&turns, 4), std::pair(&sizes, 3)})
+      if (!numbers->empty() && numbers->size() != count * size_t(width))
+        attributes->fail("expected as many instances in each attribute, found " + std::to_string(count) +
+                         " and " + std::to_string(numbers->size() / size_t(width)));
+    if (scene.nodes.size() + count > max_nodes)
+      attributes->fail("expected at most " + std::to_string(max_nodes) + " nodes and instances, found more");
+    for (size_t i = 0; i < count; i++) {
+      Node instance;
+      if (!places.empty()) std::copy_n(&places[3 * i], 3, instance.translation);
+      if (!turns.empty()) std::copy_n(&turns[4 * i], 4, instance.rotation);
+      if (!sizes.empty()) std::copy_n(&sizes[3 * i], 3, instance.scale);
+      if (!normalise(instance.rotation))
+        attributes->fail("instance " + std::to_string(i) +
+                         ": expected a rotation, found a quaternion without direction");
+      instance.parent = index;
+      instance.mesh = scene.nodes[index].mesh;
+      scene.order.push_back(uint32_t(scene.nodes.size()));
+      scene.visible.push_back(true);
+      described_by.push_back(index);
+      scene.nodes.push_back(std::move(instance));
+    }
+    scene.nodes[index].mesh = none;
   }
 
   void read_drawn(uint32_t index) {
@@ -377,6 +434,7 @@ private:
   const Texture texture;
   const bool normals;
   Scene scene;
+  std::vector<uint32_t> described_by;            // of each instance: the node of the file
   uint64_t vertices = 0, faces = 0, targets = 0; // as drawn
 };
 

@@ -105,6 +105,10 @@ Scene read_scene(std::string_view bytes, const std::string &path, const Animatio
 MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, Texture texture,
                         bool normals);
 
+// The texture that gives a material its colours: the base colour, the diffuse colour of
+// KHR_materials_pbrSpecularGlossiness, or what it emits.
+std::optional<JsonValue> colour_texture(const JsonValue &material);
+
 // The base colour of the material of a primitive.
 struct BaseColour {
   std::optional<int64_t> image;             // index among images

@@ -5,10 +5,12 @@
 #include "scene/src/import/camera.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 namespace fvv::import {
 
@@ -34,7 +36,9 @@ constexpr Model models[] = {{"SIMPLE_PINHOLE", 1, FVV_LENS_NONE, 0, 0},
                             {"FULL_OPENCV", 2, FVV_LENS_RADTAN, 8, 6},
                             {"SIMPLE_RADIAL_FISHEYE", 1, FVV_LENS_FISHEYE, 1, 8},
                             {"RADIAL_FISHEYE", 1, FVV_LENS_FISHEYE, 2, 9},
-                            {"OPENCV_FISHEYE", 2, FVV_LENS_FISHEYE, 4, 5}};
+                            {"OPENCV_FISHEYE", 2, FVV_LENS_FISHEYE, 4, 5},
+                            {"SIMPLE_FISHEYE", 1, FVV_LENS_FISHEYE, 0, 14},
+                            {"FISHEYE", 2, FVV_LENS_FISHEYE, 0, 15}};
 // Those that fvv does not have, for messages.
 constexpr struct {
   int32_t id;
@@ -43,9 +47,7 @@ constexpr struct {
                       {10, "THIN_PRISM_FISHEYE"},
                       {11, "RAD_TAN_THIN_PRISM_FISHEYE"},
                       {12, "SIMPLE_DIVISION"},
-                      {13, "DIVISION"},
-                      {14, "SIMPLE_FISHEYE"},
-                      {15, "FISHEYE"}};
+                      {13, "DIVISION"}};
 
 [[noreturn]] void refuse_model(const std::string &where, const std::string &found) {
   std::string known;
@@ -111,7 +113,7 @@ CamerasById read_cameras_text(const std::string &path) {
   return cameras;
 }
 
-// Hamilton's convention, w first.
+// Hamilton's convention, w first; of length 1.
 void set_rotation(fvv_camera &camera, const double q[4]) {
   const double w = q[0], x = q[1], y = q[2], z = q[3];
   const double r[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
@@ -125,12 +127,73 @@ struct Image {
   std::string picture, where;
 };
 
-// pose: QW QX QY QZ TX TY TZ, finite. known: the file with the cameras.
-Image make_image(const std::string &where, int64_t id, const double pose[7], int64_t camera,
-                 const std::string &picture, const CamerasById &cameras, const char *known) {
+// QW QX QY QZ TX TY TZ, from one frame of reference to another.
+using Pose = std::array<double, 7>;
+
+// First b, then a.
+Pose operator*(const Pose &a, const Pose &b) {
+  const double *p = a.data(), *q = b.data();
+  Pose out = {p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+              p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+              p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
+              p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
+              a[4],
+              a[5],
+              a[6]};
+  fvv_camera turn = {};
+  set_rotation(turn, p);
+  for (size_t row = 0; row < 3; row++)
+    for (size_t column = 0; column < 3; column++)
+      out[4 + row] += turn.rotation[3 * row + column] * b[4 + column];
+  return out;
+}
+
+// Of rigs and frames, which COLMAP has from 3.12 on: its own readers take poses from these, and what is in
+// the list of images may be older.
+struct Rigs {
+  // Of each rig, by type and identifier of the sensor.
+  using Sensor = std::pair<int64_t, int64_t>;
+  std::map<int64_t, std::map<Sensor, std::optional<Pose>>> sensor_from_rig;
+  std::map<int64_t, Pose> images; // by identifier: from the world to the camera
+
+  void add(const std::string &where, int64_t rig, const Sensor &sensor, std::optional<Pose> pose) {
+    if (!sensor_from_rig[rig].emplace(sensor, pose).second)
+      throw Error(where + ": expected every sensor of a rig once, found one again");
+  }
+  void add_frame(const std::string &where, int64_t rig, const Pose &rig_from_world, const Sensor &sensor,
+                 int64_t image) {
+    if (sensor.first != camera) return;
+    const auto found = sensor_from_rig.find(rig);
+    if (found == sensor_from_rig.end())
+      throw Error(where + ": expected a RIG_ID of the rigs, found " + std::to_string(rig));
+    const auto pose = found->second.find(sensor);
+    if (pose == found->second.end() || !pose->second)
+      throw Error(where + ": expected a camera whose place in its rig is known, found camera " +
+                  std::to_string(sensor.second) + " of rig " + std::to_string(rig));
+    if (!images.emplace(image, *pose->second * rig_from_world).second)
+      throw Error(where + ": expected every image in one frame, found " + std::to_string(image) + " again");
+  }
+
+  static constexpr int64_t camera = 0; // a type of sensors
+};
+
+// What a list of images refers to.
+struct Known {
+  const CamerasById &cameras;
+  const Rigs &rigs;
+  const char *file; // with the cameras
+};
+
+// given: QW QX QY QZ TX TY TZ, finite.
+Image make_image(const std::string &where, int64_t id, const double given[7], int64_t camera,
+                 const std::string &picture, const Known &known) {
+  const auto by_rig = known.rigs.images.find(id);
+  const double *pose = by_rig == known.rigs.images.end() ? given : by_rig->second.data();
+  const CamerasById &cameras = known.cameras;
   const auto found = cameras.find(camera);
   if (found == cameras.end())
-    throw Error(where + ": expected a CAMERA_ID of " + known + ", found \"" + std::to_string(camera) + "\"");
+    throw Error(where + ": expected a CAMERA_ID of " + known.file + ", found \"" + std::to_string(camera) +
+                "\"");
   Image image = {found->second, picture, where};
   image.camera.id = static_cast<uint16_t>(id);
   double q[4], square = 0;
@@ -150,7 +213,7 @@ Image make_image(const std::string &where, int64_t id, const double pose[7], int
   return image;
 }
 
-Image read_image(const Lines &lines, std::string_view line, const CamerasById &cameras) {
+Image read_image(const Lines &lines, std::string_view line, const Known &known) {
   std::string_view rest = line, words[9];
   for (std::string_view &word : words)
     if (!scene::next_word(rest, word))
@@ -161,8 +224,7 @@ Image read_image(const Lines &lines, std::string_view line, const CamerasById &c
   const int64_t camera = lines.integer(words[8], "CAMERA_ID", 0, UINT32_MAX);
   double pose[7];
   for (int i = 0; i < 7; i++) pose[i] = lines.real(words[1 + i], i < 4 ? "QW QX QY QZ" : "TX TY TZ");
-  return make_image(lines.where(), id, pose, camera, std::string(rest.substr(begin, end + 1 - begin)),
-                    cameras, "cameras.txt");
+  return make_image(lines.where(), id, pose, camera, std::string(rest.substr(begin, end + 1 - begin)), known);
 }
 
 // May be as long as the file: no list of words is made of it.
@@ -176,17 +238,76 @@ void check_keypoints(const Lines &lines, std::string_view line) {
   for (rest = line; scene::next_word(rest, word);) lines.real(word, "X Y POINT3D_ID");
 }
 
-std::vector<Image> read_images_text(const std::string &path, const CamerasById &cameras) {
+std::vector<Image> read_images_text(const std::string &path, const Known &known) {
   const std::string bytes = scene::read_file(path, max_images_size);
   Lines lines(bytes, path);
   std::vector<Image> images;
   for (std::string_view line; lines.next_content(line);) {
-    images.push_back(read_image(lines, line, cameras));
+    images.push_back(read_image(lines, line, known));
     // The keypoints follow on a line of their own, which may be empty. Without it every second image would be
     // lost.
     if (lines.next(line)) check_keypoints(lines, line);
   }
   return images;
+}
+
+// TYPE ID of a sensor, as words[at].
+Rigs::Sensor sensor_of(const Lines &lines, const std::vector<std::string_view> &words, size_t at) {
+  if (at + 1 >= words.size())
+    lines.fail("expected a sensor's type and identifier, found the end of the line");
+  const int64_t type = words[at] == "CAMERA" ? Rigs::camera : words[at] == "IMU" ? 1 : -1;
+  return {type, lines.integer(words[at + 1], "SENSOR_ID", 0, UINT32_MAX)};
+}
+
+Pose pose_of(const Lines &lines, const std::vector<std::string_view> &words, size_t at) {
+  if (at + 7 > words.size()) lines.fail("expected QW QX QY QZ TX TY TZ, found the end of the line");
+  Pose pose;
+  for (size_t i = 0; i < 7; i++) pose[i] = lines.real(words[at + i], i < 4 ? "QW QX QY QZ" : "TX TY TZ");
+  return pose;
+}
+
+constexpr Pose unmoved = {1, 0, 0, 0, 0, 0, 0};
+
+Rigs read_rigs_text(const std::string &rigs_path, const std::string &frames_path) {
+  Rigs rigs;
+  const std::string rig_bytes = scene::read_file(rigs_path, max_text_size);
+  Lines lines(rig_bytes, rigs_path);
+  for (std::string_view line; lines.next_content(line);) {
+    const auto words = words_of(line);
+    if (words.size() < 2) lines.fail("expected RIG_ID NUM_SENSORS ..., found " + scene::quote(line));
+    const int64_t rig = lines.integer(words[0], "RIG_ID", 0, UINT32_MAX);
+    const int64_t count = lines.integer(words[1], "NUM_SENSORS", 0, UINT32_MAX);
+    if (!count) continue;
+    rigs.add(lines.where(), rig, sensor_of(lines, words, 2), unmoved);
+    size_t at = 4;
+    for (int64_t i = 1; i < count; i++) {
+      const Rigs::Sensor sensor = sensor_of(lines, words, at);
+      if (at + 2 >= words.size()) lines.fail("expected HAS_POSE, found the end of the line");
+      const bool has_pose = lines.integer(words[at + 2], "HAS_POSE", 0, 1) == 1;
+      at += 3;
+      rigs.add(lines.where(), rig, sensor,
+               has_pose ? std::optional(pose_of(lines, words, at)) : std::nullopt);
+      if (has_pose) at += 7;
+    }
+  }
+  const std::string frame_bytes = scene::read_file(frames_path, max_images_size);
+  Lines frames(frame_bytes, frames_path);
+  for (std::string_view line; frames.next_content(line);) {
+    const auto words = words_of(line);
+    if (words.size() < 10)
+      frames.fail("expected FRAME_ID RIG_ID RIG_FROM_WORLD[7] NUM_DATA_IDS ..., found " + scene::quote(line));
+    const int64_t rig = frames.integer(words[1], "RIG_ID", 0, UINT32_MAX);
+    const Pose pose = pose_of(frames, words, 2);
+    const int64_t count = frames.integer(words[9], "NUM_DATA_IDS", 0, UINT32_MAX);
+    for (int64_t i = 0; i < count; i++) {
+      const size_t at = 10 + size_t(i) * 3;
+      const Rigs::Sensor sensor = sensor_of(frames, words, at);
+      if (at + 2 >= words.size()) frames.fail("expected DATA_ID, found the end of the line");
+      rigs.add_frame(frames.where(), rig, pose, sensor,
+                     frames.integer(words[at + 2], "DATA_ID", 0, INT64_MAX));
+    }
+  }
+  return rigs;
 }
 
 // Little-endian numbers of a binary file. Borrows bytes and path.
@@ -270,7 +391,7 @@ CamerasById read_cameras_binary(const std::string &path) {
   return cameras;
 }
 
-std::vector<Image> read_images_binary(const std::string &path, const CamerasById &cameras) {
+std::vector<Image> read_images_binary(const std::string &path, const Known &known) {
   const std::string bytes = scene::read_file(path, max_images_size);
   Numbers numbers(bytes, path);
   std::vector<Image> images;
@@ -283,12 +404,52 @@ std::vector<Image> read_images_binary(const std::string &path, const CamerasById
     for (int i = 0; i < 7; i++) pose[i] = numbers.real(i < 4 ? "QW QX QY QZ" : "TX TY TZ");
     const auto camera = int64_t(numbers.integer(4, "CAMERA_ID"));
     const std::string picture = numbers.text("NAME");
-    images.push_back(make_image(where, int64_t(id), pose, camera, picture, cameras, "cameras.bin"));
+    images.push_back(make_image(where, int64_t(id), pose, camera, picture, known));
     const uint64_t keypoints = numbers.integer(8, "the number of keypoints");
     numbers.skip(keypoints, 24, "keypoints");
   }
   numbers.expect_end();
   return images;
+}
+
+Rigs read_rigs_binary(const std::string &rigs_path, const std::string &frames_path) {
+  Rigs rigs;
+  const std::string rig_bytes = scene::read_file(rigs_path, max_text_size);
+  Numbers numbers(rig_bytes, rigs_path);
+  const auto sensor = [](Numbers &from) {
+    const auto type = int64_t(static_cast<int32_t>(static_cast<uint32_t>(from.integer(4, "SENSOR_TYPE"))));
+    return Rigs::Sensor(type, int64_t(from.integer(4, "SENSOR_ID")));
+  };
+  const auto pose = [](Numbers &from) {
+    Pose out;
+    for (size_t i = 0; i < 7; i++) out[i] = from.real(i < 4 ? "QW QX QY QZ" : "TX TY TZ");
+    return out;
+  };
+  for (uint64_t left = numbers.integer(8, "the number of rigs"); left--;) {
+    const auto rig = int64_t(numbers.integer(4, "RIG_ID"));
+    const uint64_t count = numbers.integer(4, "NUM_SENSORS");
+    for (uint64_t i = 0; i < count; i++) {
+      const std::string where = numbers.where();
+      const Rigs::Sensor which = sensor(numbers);
+      const bool has_pose = i == 0 || numbers.integer(1, "HAS_POSE") != 0;
+      rigs.add(where, rig, which, !has_pose ? std::nullopt : std::optional(i == 0 ? unmoved : pose(numbers)));
+    }
+  }
+  numbers.expect_end();
+  const std::string frame_bytes = scene::read_file(frames_path, max_images_size);
+  Numbers frames(frame_bytes, frames_path);
+  for (uint64_t left = frames.integer(8, "the number of frames"); left--;) {
+    const std::string where = frames.where();
+    frames.integer(4, "FRAME_ID");
+    const auto rig = int64_t(frames.integer(4, "RIG_ID"));
+    const Pose rig_from_world = pose(frames);
+    for (uint64_t count = frames.integer(4, "NUM_DATA_IDS"); count--;) {
+      const Rigs::Sensor which = sensor(frames);
+      rigs.add_frame(where, rig, rig_from_world, which, int64_t(frames.integer(8, "DATA_ID")));
+    }
+  }
+  frames.expect_end();
+  return rigs;
 }
 
 bool is_file(const std::filesystem::path &path) {
@@ -330,6 +491,9 @@ std::vector<std::string> colmap_files(const std::string &folder) {
   std::vector<std::string> out;
   for (const char *name : {"cameras", "images"})
     out.push_back((model / (name + std::string(extension))).string());
+  const std::string rigs = (model / (std::string("rigs") + extension)).string(),
+                    frames = (model / (std::string("frames") + extension)).string();
+  if (is_file(rigs) && is_file(frames)) out.insert(out.end(), {rigs, frames});
   return out;
 }
 
@@ -337,7 +501,10 @@ Calibration read_colmap(const std::string &folder) {
   const std::vector<std::string> files = colmap_files(folder);
   const bool binary = std::filesystem::path(files[0]).extension() == ".bin";
   const CamerasById cameras = (binary ? read_cameras_binary : read_cameras_text)(files[0]);
-  const std::vector<Image> images = (binary ? read_images_binary : read_images_text)(files[1], cameras);
+  const Rigs rigs =
+      files.size() > 2 ? (binary ? read_rigs_binary : read_rigs_text)(files[2], files[3]) : Rigs();
+  const Known known = {cameras, rigs, binary ? "cameras.bin" : "cameras.txt"};
+  const std::vector<Image> images = (binary ? read_images_binary : read_images_text)(files[1], known);
   Calibration calibration;
   for (const Image &image : images) calibration.pictures.push_back(image.picture);
   const std::vector<std::string> names = names_of_pictures(calibration.pictures);

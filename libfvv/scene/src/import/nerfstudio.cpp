@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 namespace fvv::import {
 
@@ -65,10 +66,12 @@ enum class Model { pinhole, radtan, fisheye };
 Model read_model(const Scope &scope) {
   if (const auto value = scope.find("camera_model")) {
     const std::string name = value->text();
-    if (name == "PINHOLE") return Model::pinhole;
-    if (name == "OPENCV") return Model::radtan;
+    if (name == "PINHOLE" || name == "SIMPLE_PINHOLE") return Model::pinhole;
+    if (name == "OPENCV" || name == "SIMPLE_RADIAL" || name == "RADIAL") return Model::radtan;
     if (name == "OPENCV_FISHEYE") return Model::fisheye;
-    value->fail("expected one of the camera models PINHOLE, OPENCV, OPENCV_FISHEYE, found " + value->found());
+    value->fail("expected one of the camera models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, "
+                "OPENCV_FISHEYE, found " +
+                value->found());
   }
   // instant-ngp's own mark.
   const auto fisheye = scope.find("is_fisheye");
@@ -143,16 +146,58 @@ std::string nerfstudio_picture(const std::string &folder, const std::string &fil
   return path;
 }
 
+namespace {
+
+// Entries of unlike times (D-NeRF, HyperNeRF and 4DGS write them) are moments of few cameras: pictures of
+// several moments must never colour one mesh. Of each camera the entry of the first moment stays.
+std::vector<size_t> first_moment(const JsonValue &root, const JsonValue &frames) {
+  std::vector<size_t> all;
+  std::map<double, size_t> moments; // by time, and how many entries each has
+  for (size_t i = 0; i < frames.size(); i++) {
+    all.push_back(i);
+    if (const auto time = frames.item(i).find("time")) moments[finite(*time)]++;
+  }
+  if (moments.size() < 2) return all;
+  std::vector<size_t> first;
+  std::map<std::string, std::vector<double>> times; // of each camera: by pose, and lens where it has its own
+  for (size_t i = 0; i < frames.size(); i++) {
+    const JsonValue frame = frames.item(i);
+    const auto time = frame.find("time");
+    if (!time) frame.fail("expected a \"time\" as other entries have, found none");
+    std::string key = frame.at("transform_matrix").raw();
+    for (const char *name : {"w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "k1", "k2", "p1", "p2"})
+      if (const auto value = Scope(root, frame).find(name)) key += " " + value->raw();
+    std::vector<double> &of_camera = times[key];
+    if (of_camera.empty() || finite(*time) < of_camera.front()) {
+      if (!of_camera.empty())
+        frame.fail("expected entries in the order of their times, found an earlier one");
+      first.push_back(i);
+    }
+    of_camera.push_back(finite(*time));
+  }
+  for (const auto &[key, of_camera] : times)
+    if (of_camera.size() != moments.size())
+      frames.fail("has " + std::to_string(moments.size()) +
+                  " moments (\"time\"): expected cameras that stay "
+                  "where they are, each with a picture of every moment, found one with " +
+                  std::to_string(of_camera.size()) + "; write a capture.json with a calibration per frame");
+  return first;
+}
+
+} // namespace
+
 Calibration read_nerfstudio(const std::string &file) {
   const nlohmann::json document = scene::parse_strict_json(scene::read_file(file, max_json_size), file);
   const JsonValue root(document, file), frames = root.at("frames");
   Calibration calibration;
-  for (size_t i = 0; i < frames.size(); i++)
-    calibration.pictures.push_back(frames.item(i).at("file_path").text());
+  const std::vector<size_t> entries = first_moment(root, frames);
+  calibration.has_moments = entries.size() < frames.size();
+  for (const size_t entry : entries)
+    calibration.pictures.push_back(frames.item(entry).at("file_path").text());
   const std::vector<std::string> names = names_of_pictures(calibration.pictures);
   const std::string folder = std::filesystem::path(file).parent_path().string();
-  for (size_t i = 0; i < frames.size(); i++) {
-    const JsonValue frame = frames.item(i);
+  for (size_t i = 0; i < entries.size(); i++) {
+    const JsonValue frame = frames.item(entries[i]);
     const Scope scope(root, frame);
     scene::Camera camera;
     camera.set_name(names[i]);
@@ -167,7 +212,7 @@ Calibration read_nerfstudio(const std::string &file) {
     model.cy = scope.number("cy", model.height / 2.0);
     read_lens(scope, model);
     read_pose(frame.at("transform_matrix"), model);
-    append(calibration, std::move(camera), file + ": /frames/" + std::to_string(i));
+    append(calibration, std::move(camera), file + ": /frames/" + std::to_string(entries[i]));
   }
   require_cameras(calibration, file);
   return calibration;

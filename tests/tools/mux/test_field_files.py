@@ -1,0 +1,341 @@
+"""Mesh files as programs in the field write them: all mean what an independent reader makes of them."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+import trimesh
+from conftest import run
+from PIL import Image
+
+QUICK = ("--keep-geometry", "--max-error", "0.1mm", "--units", "metres")
+
+POSITIONS = [(x, y, z) for z in (0.3, 0.6) for y in (0.2, 0.9) for x in (0.1, 1.1)]
+QUADS = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+
+
+def box(head="", vertex="v {} {} {}", corner="{}/{}", between="\n", faces=QUADS):
+    """An OBJ file: a box with texture coordinates of its own for each corner."""
+    lines = [*head.splitlines(), *(vertex.format(*p) for p in POSITIONS)]
+    lines += [f"vt {0.1 + 0.03 * (i // 4)} {0.1 + 0.2 * (i % 4)}" for i in range(24)]
+    lines += [
+        "f " + " ".join(corner.format(v, 4 * q + k + 1) for k, v in enumerate(quad))
+        for q, quad in enumerate(faces)
+    ]
+    return between.join(lines) + between
+
+
+LIBRARY = "newmtl m\nmap_Kd t.png\n"
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pixels = np.random.default_rng(1).integers(0, 255, (16, 16, 3), np.uint8)
+    Image.fromarray(pixels).resize((256, 256)).save("t.png")
+    (tmp_path / "m.mtl").write_text(LIBRARY)
+    return tmp_path
+
+
+def mux(meshes, *more, code=0):
+    return run("fvvmux", "--meshes", meshes, "-o", "o.fvv", *QUICK, *more, "--force", code=code, warns=True)
+
+
+def mesh_of(frame=0, folder="x"):
+    run("fvvdemux", "o.fvv", "-o", folder, "--meshes", "ply", "--force", warns=True, code=(0, 3))
+    return trimesh.load(f"{folder}/meshes/{frame:04}.ply", process=False)
+
+
+def summary(done):
+    return json.loads(done.stdout)
+
+
+def test_the_usual_file(place):
+    (place / "a.obj").write_text(box("mtllib m.mtl\nusemtl m"))
+    assert mux("a.obj").stderr == ""
+    assert "atlas" in run("fvvinfo", "o.fvv").stdout
+    assert mesh_of().area == pytest.approx(2 * (0.7 + 0.3 + 0.21), rel=1e-3)
+
+
+SPELLINGS = {
+    "byte order mark": "\ufeff" + box("mtllib m.mtl\nusemtl m"),
+    "quotes": box('mtllib "my scan.mtl"\nusemtl m'),
+    "backslash": box("mtllib sub\\m.mtl\nusemtl m"),
+    "blanks": box("mtllib my scan.mtl\nusemtl m"),
+    "absolute": box("mtllib C:\\Users\\me\\scan\\m.mtl\nusemtl m"),
+    "absolute path": box("mtllib /home/me/scan/m.mtl\nusemtl m"),
+    "capitals": box("mtllib M.MTL\nusemtl m"),
+    "one of two libraries": box("mtllib gone.mtl m.mtl\nusemtl m"),
+    "carriage returns": box("mtllib m.mtl\nusemtl m", between="\r"),
+    "both line ends": box("mtllib m.mtl\nusemtl m", between="\r\n"),
+    "colours that are no numbers": box("mtllib m.mtl\nusemtl m", vertex="v {} {} {} nan NaN -nan(ind)"),
+    "trailing slash": box("mtllib m.mtl\nusemtl m", corner="{}/{}/"),
+    "no material": box("mtllib m.mtl"),
+    "empty material": box("mtllib m.mtl\nusemtl "),
+    "unknown material": box("mtllib m.mtl\nusemtl other"),
+    "ambient": box("mtllib ka.mtl\nusemtl m"),
+    "emitted": box("mtllib ke.mtl\nusemtl m"),
+}
+
+
+@pytest.mark.parametrize("name", SPELLINGS)
+def test_spellings_bring_their_picture(name, place):
+    (place / "sub").mkdir()
+    (place / "sub/m.mtl").write_text("newmtl m\nmap_Kd ../t.png\n")
+    (place / "my scan.mtl").write_text('newmtl m\nmap_Kd "t.png"\n')
+    (place / "ka.mtl").write_text("newmtl m\nmap_Ka t.png\n")
+    (place / "ke.mtl").write_text("newmtl m\nmap_Ke t.png\n")
+    (place / "a.obj").write_bytes(SPELLINGS[name].encode())
+    assert mux("a.obj").stderr == ""
+    assert "atlas" in run("fvvinfo", "o.fvv").stdout
+    assert mesh_of().area == pytest.approx(2 * (0.7 + 0.3 + 0.21), rel=1e-3)
+
+
+@pytest.mark.parametrize("corner", ["{0}/", "{0}//", "{0}"])
+def test_corners_without_texture(corner, place):
+    (place / "a.obj").write_text(box(corner=corner))
+    assert mux("a.obj").stderr == ""
+    assert mesh_of().area == pytest.approx(2 * (0.7 + 0.3 + 0.21), rel=1e-3)
+
+
+def test_a_library_that_is_missing_is_a_warning(place):
+    (place / "a.obj").write_text(box("mtllib gone.mtl\nusemtl m"))
+    done = mux("a.obj", code=3)
+    assert "gone.mtl" in done.stderr and "missing" in done.stderr and "atlas" in done.stderr
+    assert mesh_of().area == pytest.approx(2 * (0.7 + 0.3 + 0.21), rel=1e-3)
+
+
+def test_the_first_frame_does_not_decide_for_all(place):
+    """A picture that later frames bring is not dropped without a word."""
+    (place / "m0000.obj").write_text(box(corner="{0}"))
+    for frame in (1, 2):
+        (place / f"m{frame:04}.obj").write_text(box("mtllib m.mtl\nusemtl m"))
+    done = mux("m%04d.obj", code=1)
+    assert "m0000.obj" in done.stderr
+
+
+def test_an_empty_stage_between_textured_frames(place):
+    for frame in (0, 2):
+        (place / f"m{frame:04}.obj").write_text(box("mtllib m.mtl\nusemtl m"))
+    (place / "m0001.obj").write_text("# nothing\n")
+    mux("m%04d.obj", "--quality", 30)
+    assert "atlas" in run("fvvinfo", "o.fvv").stdout
+
+
+# Polygons with an area of 3, whose fan around the first corner is larger.
+CONCAVE = {
+    "dart": [(0, 0, 0), (3, 1, 0), (0, 2, 0), (1, 1, 0)][::-1],
+    "L": [(1, 1, 0), (0, 1, 0), (0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 2, 0)],
+    "comb": [(0, 0, 0), (5, 0, 0), (5, 1, 0), (4, 1, 0), (4, 0.5, 0), (1, 0.5, 0), (1, 1, 0), (0, 1, 0)],
+}
+
+
+def rolled(points, count):
+    return points[count:] + points[:count]
+
+
+def area_of(points):
+    p = np.array(points, float)
+    return np.linalg.norm(np.sum([np.cross(p[i], p[(i + 1) % len(p)]) for i in range(len(p))], axis=0)) / 2
+
+
+def turned(points):
+    """In a plane of its own."""
+    a, b = 0.7, 1.1
+    rotation = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]]) @ np.array(
+        [[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]]
+    )
+    return (np.array(points) @ rotation.T + 1).tolist()
+
+
+def write_polygon(path, points):
+    if path.suffix == ".obj":
+        lines = [f"v {x} {y} {z}" for x, y, z in points] + [
+            "f " + " ".join(map(str, range(1, len(points) + 1)))
+        ]
+    else:
+        lines = ["ply", "format ascii 1.0", f"element vertex {len(points)}"]
+        lines += [f"property double {axis}" for axis in "xyz"]
+        lines += ["element face 1", "property list uchar int vertex_indices", "end_header"]
+        lines += [f"{x} {y} {z}" for x, y, z in points]
+        lines += [f"{len(points)} " + " ".join(map(str, range(len(points))))]
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".ply"])
+@pytest.mark.parametrize("start", range(4))
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("name", CONCAVE)
+def test_concave_polygons_keep_their_area_and_side(name, reverse, start, suffix, place):
+    points = turned(rolled(CONCAVE[name], start))
+    points = points[::-1] if reverse else points
+    write_polygon(place / f"a{suffix}", points)
+    mux(f"a{suffix}", "--winding", "keep")
+    mesh = mesh_of()
+    assert mesh.area == pytest.approx(area_of(points), rel=1e-3)
+    normal = np.sum([np.cross(points[i], points[(i + 1) % len(points)]) for i in range(len(points))], axis=0)
+    assert np.all(mesh.face_normals @ normal > 0)
+
+
+def test_concave_polygons_keep_their_texture(place):
+    """The corners of an L, each with the texture coordinates of its place."""
+    points = CONCAVE["L"]
+    lines = ["mtllib m.mtl", "usemtl m", *(f"v {x} {y} {z}" for x, y, z in points)]
+    lines += [f"vt {x / 2} {y / 2}" for x, y, _ in points]
+    (place / "a.obj").write_text("\n".join([*lines, "f " + " ".join(f"{i}/{i}" for i in range(1, 7))]) + "\n")
+    mux("a.obj", "--quality", 30)
+    run("fvvdemux", "o.fvv", "-o", "x", "--meshes", "obj", "--force")
+    mesh = trimesh.load("x/meshes/0000.obj", process=False)
+    assert mesh.area == pytest.approx(3, rel=1e-3)
+    assert np.allclose(mesh.visual.uv * 2, mesh.vertices[:, :2], atol=2e-3)
+
+
+PLY_HEAD = "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+TRIANGLE = "0 0 0\n1 0 0\n0 1 0\n"
+FACE = "element face {}\nproperty list uchar int vertex_indices\nend_header\n"
+STRIPS = "element tristrips {}\nproperty list int int vertex_indices\nend_header\n"
+PLY = {
+    "carriage returns": (
+        (PLY_HEAD.format(3) + FACE.format(1) + TRIANGLE + "3 0 1 2\n").replace("\n", "\r"),
+        0.5,
+    ),
+    "a face of two corners": (PLY_HEAD.format(3) + FACE.format(2) + TRIANGLE + "3 0 1 2\n2 0 1\n", 0.5),
+    "a face of one corner": (PLY_HEAD.format(3) + FACE.format(2) + TRIANGLE + "1 0\n3 0 1 2\n", 0.5),
+    "unused vertices": (
+        PLY_HEAD.format(5) + FACE.format(1) + TRIANGLE + "nan nan nan\n-inf 0 NaN\n3 0 1 2\n",
+        0.5,
+    ),
+    "a strip": (PLY_HEAD.format(4) + STRIPS.format(1) + TRIANGLE + "1 1 0\n4 0 1 2 3\n", 1),
+    "strips": (PLY_HEAD.format(4) + STRIPS.format(1) + TRIANGLE + "1 1 0\n7 0 1 2 -1 1 3 2\n", 1),
+}
+
+
+@pytest.mark.parametrize("name", PLY)
+def test_ply_files(name, place):
+    text, area = PLY[name]
+    (place / "a.ply").write_bytes(text.encode())
+    mux("a.ply")
+    mesh = mesh_of()
+    assert mesh.area == pytest.approx(area, rel=1e-3)
+    assert np.all(mesh.face_normals[:, 2] > 0), "one side"
+
+
+def test_binary_ply_of_a_depth_camera(place):
+    head = PLY_HEAD.format(4).replace("ascii", "binary_little_endian") + FACE.format(1)
+    vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan,) * 3]
+    body = b"".join(struct.pack("<3f", *v) for v in vertices) + struct.pack("<B3i", 3, 0, 1, 2)
+    (place / "a.ply").write_bytes(head.encode() + body)
+    mux("a.ply")
+    assert mesh_of().area == pytest.approx(0.5, rel=1e-3)
+
+
+def test_a_vertex_of_a_face_must_be_a_number(place):
+    (place / "a.ply").write_text(PLY_HEAD.format(3) + FACE.format(1) + "0 0 0\n1 0 0\nnan 1 0\n3 0 1 2\n")
+    done = mux("a.ply", code=1)
+    assert "vertex 2" in done.stderr and "not finite" in done.stderr
+
+
+def test_touching_bodies_stay_as_they_are(place):
+    """Two open boxes that share an edge, each with all faces outward."""
+    lines, faces = [], []
+    for x in (0, 1):
+        base = len(lines)
+        lines += [f"v {x + i % 2} {i // 2 % 2} {x + i // 4}" for i in range(8)]
+        quads = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+        quads.remove((5, 6, 8, 7) if x == 0 else (1, 3, 4, 2))
+        faces += ["f " + " ".join(str(base + v) for v in quad) for quad in quads]
+    (place / "a.obj").write_text("\n".join(lines + faces) + "\n")
+    for winding in ("keep", "auto"):
+        done = mux("a.obj", "--winding", winding, "--json", code=(0, 3))
+        assert summary(done)["mesh"]["flipped_faces"]["count"] == 0, winding
+
+
+def test_both_sides_of_a_sheet(place):
+    """Faces of opposite winding, each with its own part of the texture."""
+    text = "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+    text += "vt 0 0\nvt 0.5 0\nvt 0.5 1\nvt 0 1\nvt 0.5 0\nvt 1 0\nvt 1 1\nvt 0.5 1\n"
+    text += "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\nf 1/5 3/7 2/6\nf 1/5 4/8 3/7\n"
+    (place / "a.obj").write_text(text)
+    mux("a.obj", "--quality", 30, code=(0, 3))
+    assert len(mesh_of().faces) == 4
+
+
+@pytest.mark.parametrize("pattern", ["m%04d.obj", "m####.obj", "m$F4.obj", "m*.obj"])
+def test_sequences_with_steps_and_other_spellings(pattern, place):
+    for frame in (0, 2, 4):
+        (place / f"m{frame:04}.obj").write_text(box(corner="{0}"))
+    mux(pattern)
+    assert json.loads(run("fvvinfo", "--json", "o.fvv").stdout)["files"][0]["frames"] == 3
+
+
+def glb(nodes, buffers=b"", **more):
+    """A GLB file of one unit triangle."""
+    data = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], "<f4").tobytes() + buffers
+    document = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": nodes,
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"byteLength": len(data)}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [
+            {
+                "bufferView": 0,
+                "componentType": 5126,
+                "count": 3,
+                "type": "VEC3",
+                "min": [0, 0, 0],
+                "max": [1, 1, 0],
+            }
+        ],
+    }
+    for key, value in more.items():
+        document[key] = document.get(key, []) + value
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = (
+        struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(data), 0x004E4942) + data
+    )
+    return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def test_hidden_nodes_are_not_shown(place):
+    hidden = {"extensions": {"KHR_node_visibility": {"visible": False}}}
+    nodes = [
+        {"mesh": 0},
+        {"mesh": 0, "translation": [3, 0, 0], **hidden},
+        {"children": [3], **hidden},
+        {"mesh": 0},
+    ]
+    data = bytearray(glb(nodes, extensionsUsed=["KHR_node_visibility"]))
+    data = bytes(data).replace(b'"nodes": [0, 1, 2, 3]', b'"nodes": [0, 1, 2]   ')
+    (place / "a.glb").write_bytes(data)
+    assert mux("a.glb").stderr == ""
+    assert len(mesh_of().faces) == 1
+
+
+def test_instances_are_shown(place):
+    places = np.array([(0, 0, 0), (2, 0, 0), (4, 0, 0)], "<f4").tobytes()
+    instancing = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}
+    data = glb(
+        [{"mesh": 0, "translation": [0, 1, 0], "extensions": instancing}],
+        places,
+        bufferViews=[{"buffer": 0, "byteOffset": 36, "byteLength": 36}],
+        accessors=[{"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        extensionsUsed=["EXT_mesh_gpu_instancing"],
+    )
+    (place / "a.glb").write_bytes(data)
+    assert mux("a.glb").stderr == ""
+    mesh = mesh_of()
+    assert len(mesh.faces) == 3 and mesh.bounds[1][0] == pytest.approx(5, abs=1e-3)
+    assert mesh.bounds[0][1] == pytest.approx(1, abs=1e-3)
+
+
+def test_unknown_extensions_are_a_warning(place):
+    (place / "a.glb").write_bytes(
+        glb([{"mesh": 0}], extensionsUsed=["EXT_bend_everything", "KHR_materials_clearcoat"])
+    )
+    done = mux("a.glb", code=3)
+    assert "EXT_bend_everything" in done.stderr and "clearcoat" not in done.stderr
