@@ -24,6 +24,7 @@ import serve
 import view_quality
 import whp235
 from cluster import dask_times
+from house import figures as house_figures
 from muxing import Muxing
 from pages import figures as page_figures
 from recordings import calibrate, chain, hull
@@ -84,15 +85,7 @@ def memory():
 
 
 def house():
-    """The size of the house: sources that are not generated, and the median of their lines."""
-    listed = subprocess.run(
-        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout.split()
-    suffixes = {".c", ".h", ".cpp", ".js", ".mjs", ".ts", ".py", ".sh"}
-    lines = sorted(
-        len((ROOT / f).read_text().splitlines()) for f in listed if pathlib.Path(f).suffix in suffixes
-    )
-    return {"house.sources": len(lines), "house.median_lines": lines[len(lines) // 2]}
+    return house_figures.measure(ROOT, BUILD)
 
 
 def cli():
