@@ -31,11 +31,7 @@ const served = await serveFolder();
 const browser = await openBrowser();
 let count = 0;
 try {
-  await buildSite(
-    served.folder,
-    (path) => JSON.parse(tool("fvvinfo", "--json", path)).files[0],
-    [clip],
-  );
+  await buildSite(served.folder, (path) => JSON.parse(tool("fvvinfo", "--json", path)).files[0], [clip]);
   cpSync(docs, join(served.folder, "docs"), { recursive: true });
   for (const path of PAGES)
     for (const size of SIZES)

@@ -355,7 +355,8 @@ OutputFile::OutputFile(const std::string &path, bool may_replace, const Inputs &
 }
 
 // Who replaces the file of another user must be the administrator to keep its owner; its group is kept by
-// members of it too. For others the system refuses it, and then the file belongs to who wrote it, as with other programs.
+// members of it too. For others the system refuses it, and then the file belongs to who wrote it, as with
+// other programs.
 void OutputFile::keep_owner(const struct stat &former) const {
   struct stat now;
   if (lstat(temporary.c_str(), &now) != 0 || (now.st_uid == former.st_uid && now.st_gid == former.st_gid))

@@ -185,7 +185,7 @@ def test_failing_storage_is_tried_again(capture, whole, tmp_path):
 
 
 class Unnoticed(concurrent.futures.Executor):
-    """As Dask's: a future that is cancelled stays so, and whoever waits for it is never told. Groups fail, or never end."""
+    """As Dask's: a future that is cancelled stays so, and a wait for it never ends. Groups fail, or never end."""
 
     def __init__(self, failing, running=()):
         self.failing, self.running = failing, running
@@ -223,7 +223,7 @@ def ends(seconds, call):
 def test_a_failure_ends_the_call_whatever_the_other_groups_do(
     capture, tmp_path, monkeypatch, failing, running
 ):
-    """It waits for no cancelled group, and not for ever for one that runs; the error is that of the first group that failed."""
+    """It never waits for a cancelled group, and waits for a bounded time for one that runs; the error is that of the first group that failed."""
     monkeypatch.setattr(fvv.distributed, "_LAST_WAIT", 0.5)
     pool = Unnoticed(failing, running)
     error = ends(60, lambda: fvv.distributed.mux(capture, tmp_path / "out.fvv", pool, **OPTIONS))

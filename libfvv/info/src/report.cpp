@@ -578,10 +578,10 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
                      {"profiles", profiles_json(*s)}};
       if (s->parts || s->lights)
         t["environment"] = {{"parts", s->parts},
-                           {"vertices", s->vertices},
-                           {"triangles", s->faces},
-                           {"pictures", s->pictures},
-                           {"lights", s->lights}};
+                            {"vertices", s->vertices},
+                            {"triangles", s->faces},
+                            {"pictures", s->pictures},
+                            {"lights", s->lights}};
       if (s->textured)
         t["mesh"]["texture"] = {{"chunks", s->textured},
                                 {"bits", {s->min_texture_bits, s->max_texture_bits}}};

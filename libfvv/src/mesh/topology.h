@@ -28,8 +28,8 @@ uint32_t fvv_topology_group(const fvv_topology *topology, uint32_t face);
 
 /* Turns faces in place so that twins run in opposite directions wherever that is possible, and counts them.
  * Within each set of faces joined over manifold edges the smaller part is turned, on a tie the part without
- * the lowest face. Two parts that disagree with each other along a small part of their borders only, as bodies
- * that touch do, both stay. A set that is not orientable (Moebius) keeps a seam. */
+ * the lowest face. Two parts that disagree with each other along a small part of their borders only, as
+ * bodies that touch do, both stay. A set that is not orientable (Moebius) keeps a seam. */
 FVV_MUST_USE fvv_status fvv_topology_orient(const fvv_topology *topology, uint32_t *faces, uint32_t *flipped);
 
 #endif

@@ -107,7 +107,7 @@ def test_a_library_that_is_missing_is_a_warning(place):
 
 
 def test_the_first_frame_does_not_decide_for_all(place):
-    """A picture that later frames bring is not dropped without a word."""
+    """A picture that later frames bring is not dropped in silence."""
     (place / "m0000.obj").write_text(box(corner="{0}"))
     for frame in (1, 2):
         (place / f"m{frame:04}.obj").write_text(box("mtllib m.mtl\nusemtl m"))
