@@ -356,6 +356,6 @@ def test_broken_rules_of_an_environment_have_their_numbers(at, byte, issue):
         list(environment.lines(bytes(broken)))
 
 
-def test_fvvinfo_reports_the_background():
+def test_fvvinfo_reports_the_environment():
     (track,) = (t for t in info("environment_stage")["tracks"] if t["kind"] == "background")
-    assert track["background"] == {"parts": 2, "vertices": 8, "triangles": 4, "pictures": 2, "lights": 3}
+    assert track["environment"] == {"parts": 2, "vertices": 8, "triangles": 4, "pictures": 2, "lights": 3}

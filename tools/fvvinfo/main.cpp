@@ -1,15 +1,94 @@
 // fvvinfo: what is in a fvv file, and whether it is whole.
+#include "cli/cli.h"
 #include "cli/help.h"
-#include "fvvinfo/report.h"
+#include "cli/progress.h"
+#include "fvv_cxx/error.h"
+#include "fvv_info/report.h"
 
 #include <CLI/CLI.hpp>
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <memory>
 
 using namespace fvv;
-using Json = nlohmann::ordered_json;
-
 namespace {
+
+// A descriptor that is closed when reading ends in any way.
+class Source {
+public:
+  explicit Source(const std::string &path) : name(path == "-" ? "standard input" : path) {
+    if (path == "-" && isatty(STDIN_FILENO))
+      throw Error("standard input is a terminal: name a file or pipe a stream into it", Error::usage);
+    if (path == "-") {
+      descriptor = STDIN_FILENO;
+      return;
+    }
+    descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) throw Error(name + ": cannot be opened: " + std::strerror(errno));
+    struct stat status;
+    if (fstat(descriptor, &status) != 0 || !S_ISDIR(status.st_mode)) return;
+    close(descriptor);
+    throw Error(name + ": is a folder, expected a file");
+  }
+  ~Source() {
+    if (descriptor != STDIN_FILENO) close(descriptor);
+  }
+  Source(const Source &) = delete;
+  Source &operator=(const Source &) = delete;
+
+  uint64_t size() const { // 0 when it is not known
+    struct stat status;
+    return fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) ? uint64_t(status.st_size) : 0;
+  }
+  const std::string &shown() const { return name; }
+  // False for pipes.
+  bool rewind() { return lseek(descriptor, 0, SEEK_SET) == 0; }
+  size_t read(uint8_t *out, size_t size) {
+    for (;;) {
+      const ssize_t n = ::read(descriptor, out, size);
+      if (n >= 0) return size_t(n);
+      if (errno != EINTR) throw Error(name + ": cannot read: " + std::strerror(errno));
+    }
+  }
+
+private:
+  std::string name;
+  int descriptor;
+};
+
+info::Report inspect(const std::string &path, const info::Options &options) {
+  Source source(path);
+  std::unique_ptr<cli::Progress> progress;
+  const auto begin = [&] {
+    progress = std::make_unique<cli::Progress>("reading " + source.shown(), source.size() >> 20, "MiB");
+  };
+  begin();
+  info::Input input;
+  input.name = source.shown();
+  input.seekable = source.size() > 0;
+  input.read = [&](uint8_t *out, size_t most) {
+    const size_t n = source.read(out, most);
+    if (n == most) progress->step(most >> 20);
+    return n;
+  };
+  input.rewind = [&] {
+    begin();
+    return source.rewind();
+  };
+  return info::inspect(input, options);
+}
+
+// done; loss: only an early end; failed: anything else.
+cli::Exit exit_of(const info::Report &report) {
+  const std::string state = report.integrity();
+  return state == "complete" ? cli::done : state == "truncated" ? cli::loss : cli::failed;
+}
 
 // One line for each problem; a truncated stream also says what is left of it.
 void tell_problems(const info::Report &report) {
@@ -24,7 +103,7 @@ void tell_problems(const info::Report &report) {
   if (s.problems > kept)
     std::fprintf(stderr, "%s: and %llu problems more\n", report.name.c_str(),
                  (unsigned long long)(s.problems - kept));
-  if (report.exit() == cli::loss && !s.problems)
+  if (exit_of(report) == cli::loss && !s.problems)
     std::fprintf(stderr, "%s: 0x%llx: no footer: the stream is live or truncated\n", report.name.c_str(),
                  (unsigned long long)s.bytes);
 }
@@ -53,25 +132,24 @@ int main(int argc, char **argv) {
   }
   return cli::run("fvvinfo", [&] {
     cli::Exit worst = cli::done;
-    Json document = {{"fvvinfo", 1}, {"files", Json::array()}};
+    std::vector<nlohmann::ordered_json> found;
     for (const auto &file : files) {
       try {
-        const info::Report report = info::inspect(file, options);
+        const info::Report report = inspect(file, options);
         if (as_json)
-          document["files"].push_back(info::json(report));
+          found.push_back(info::json(report));
         else
           std::fputs(info::text(report).c_str(), stdout);
         std::fflush(stdout);
         tell_problems(report);
-        worst = cli::worse(worst, report.exit());
+        worst = cli::worse(worst, exit_of(report));
       } catch (const Error &failure) {
         // The other inputs are still read.
         std::fprintf(stderr, "fvvinfo: %s\n", failure.what());
         worst = cli::worse(worst, failure.kind == Error::usage ? cli::usage : cli::failed);
       }
     }
-    // A file's name need not be UTF-8; JSON must be.
-    if (as_json) std::printf("%s\n", document.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+    if (as_json) std::printf("%s\n", info::document(found).c_str());
     return worst;
   });
 }

@@ -37,7 +37,7 @@ def parser() -> argparse.ArgumentParser:
         return command
 
     info = add("info", run_info, "Prints what a clip is, on one screen.")
-    info.add_argument("--json", action="store_true", help="as JSON")
+    info.add_argument("--json", action="store_true", help="all of the stream as JSON, as fvvinfo prints it")
     plot = add(
         "plot", run_plot, "Draws bytes, key frames, vertices and faces over time, and the cameras' layout."
     )
@@ -62,9 +62,14 @@ def _code(clip: Clip) -> int:
 
 
 def run_info(given: argparse.Namespace) -> int:
+    if given.json:
+        if given.rung:
+            raise UsageError("--rung: the JSON describes all rungs", file=given.file)
+        found = information.document(given.file)
+        print(found)
+        return DONE if json.loads(found)["files"][0]["integrity"] == "complete" else LOSS
     with open_clip(given.file, rung=given.rung) as clip:
-        found = information.describe(clip)
-        print(json.dumps(found, indent=1) if given.json else information.text(found))
+        print(information.text(clip))
         return _code(clip)
 
 

@@ -1,16 +1,34 @@
-"""What a clip is, as plain values and as text of one screen."""
+"""What a stream is: the document of `fvvinfo --json`, and the text of one screen of `python -m fvv info`."""
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
-from .clip import Clip
+from . import _core
+from .clip import Clip, Readable, _source_of
 from .errors import DamagedError
 
 
-def describe(clip: Clip) -> dict[str, Any]:
-    """What a clip is, as values for JSON: bytes, seconds, tracks with what they send, cameras, sound, and damage that was met.
-    Decodes the mesh of the first frame that is whole, and no pictures."""
+def inspect(source: Readable, *, decode: bool = False, chunks: bool = False) -> dict[str, Any]:
+    """The document that `fvvinfo --json` prints of a stream (spec/fvvinfo.schema.json), from the same function.
+
+    source: as of `fvv.open`. decode: decode meshes and check video samples too, as `--check`. chunks: list every chunk.
+    Damage is in the document; OSError where the source cannot be read.
+    """
+    found: dict[str, Any] = json.loads(document(source, decode=decode, chunks=chunks))
+    return found
+
+
+def document(source: Readable, *, decode: bool = False, chunks: bool = False) -> str:
+    """What `inspect` returns, as text."""
+    what, name = _source_of(source)
+    return _core.inspect(what, name, decode, chunks)
+
+
+def _described(clip: Clip) -> dict[str, Any]:
+    """What `text` shows: bytes, seconds, tracks with what they send, cameras, sound, and damage that was met. Decodes the mesh of
+    the first frame that is whole, and no pictures."""
     chunks = clip.chunks()
     return {
         "file": clip.name,
@@ -117,8 +135,9 @@ def _rate(bits: float | None) -> str:
     return f"{bits / 1e6:.2f} Mbit/s" if bits >= 1e6 else f"{bits / 1e3:.1f} kbit/s"
 
 
-def text(found: dict[str, Any]) -> str:
-    """`describe` for people, on one screen: long lists are cut, with the number of what is left out."""
+def text(clip: Clip) -> str:
+    """A rung of a clip for people, on one screen: long lists are cut, with the number of what is left out."""
+    found = _described(clip)
     seconds, size = found["duration"], found["bytes"]
     lines = [
         found["file"],

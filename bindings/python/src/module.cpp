@@ -4,6 +4,7 @@
 #include "capture/hull.h"
 #include "compare.h"
 #include "decimate.h"
+#include "information.h"
 #include "live/reader.h"
 #include "parts.h"
 #include "render.h"
@@ -93,6 +94,7 @@ PYBIND11_MODULE(_core, module) {
   register_parts(module);
   register_decimate(module);
   register_footage(module);
+  register_information(module);
   register_hull(module);
   register_cameras(module);
   module.attr("library_version") = fvv_version();
