@@ -29,7 +29,7 @@ int main(int argc, char **argv) {
       frame.pictures = {fvv::media::make_image(64, 48, 3, uint8_t(20 * i))};
       encoder.add(std::move(frame));
     }
-    std::printf("%zu frames\n", encoder.finish().plan.frame_count());
+    std::printf("%zu frames\n", encoder.finish().frames);
   } catch (const fvv::Error &error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

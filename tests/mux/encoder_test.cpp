@@ -238,10 +238,10 @@ TEST_CASE("samples that were encoded before are sent as they are, with the meshe
     frame.samples = {first.sample(i, key)};
     encoder.add(std::move(frame));
   }
-  const mux::Summary summary = encoder.finish();
-  CHECK(mux::summary_text(summary, "twice.fvv").find("encoded before") != std::string::npos);
-  CHECK(summary.plan.match.reason == "pictures that come encoded stay as they are");
-  CHECK(summary.plan.inset.reason == "pictures that come encoded are not decoded");
+  const mux::Report summary = encoder.finish();
+  CHECK(mux::report_text(summary, "twice.fvv").find("encoded before") != std::string::npos);
+  CHECK(summary.match.reason == "pictures that come encoded stay as they are");
+  CHECK(summary.inset.reason == "pictures that come encoded are not decoded");
   write_bytes(folder.path("twice.fvv"), twice.data(), twice.size());
   Stream second(folder.path("twice.fvv"));
   REQUIRE(second.frames() == 6);
@@ -380,7 +380,8 @@ TEST_CASE("groups that readers refuse are refused before a byte is written") {
     std::string message;
     try {
       const mux::Sink sink = [&](const void *, size_t size) { written += size; };
-      mux::StreamWriter writer(plan, sink);
+      const mux::Decisions decisions = {{}, {{}}, {}, {}};
+      mux::StreamWriter writer(plan, decisions, sink);
     } catch (const fvv::Error &error) {
       message = error.what();
     }
@@ -406,24 +407,24 @@ TEST_CASE("cameras are matched by the frames of the first group") {
       frame.pictures.push_back(media::make_image(64, 48, 3, uint8_t(value)));
     encoder.add(frame);
   }
-  const mux::Summary summary = encoder.finish();
-  const mux::MatchChoice &match = summary.plan.match;
-  CHECK(match.on);
+  const mux::Report summary = encoder.finish();
+  const mux::MatchReport &match = summary.match;
+  CHECK(match.applied);
   CHECK(match.frames == 4);
   // By identifier: camera 1 was given second. Linear light of 100 and 140 is 0.1274 and 0.2623.
-  REQUIRE(match.found.cameras.size() == 2);
-  for (int k = 0; k < 3; k++) {
-    CHECK(std::abs(match.found.cameras[0].gain[k] - std::sqrt(0.1274 / 0.2623)) < 0.002);
-    CHECK(std::abs(match.found.cameras[1].gain[k] - std::sqrt(0.2623 / 0.1274)) < 0.002);
+  REQUIRE(match.cameras.size() == 2);
+  for (size_t k = 0; k < 3; k++) {
+    CHECK(std::abs(match.cameras[0].gains[k] - std::sqrt(0.1274 / 0.2623)) < 0.002);
+    CHECK(std::abs(match.cameras[1].gains[k] - std::sqrt(0.2623 / 0.1274)) < 0.002);
   }
 }
 
 TEST_CASE("cameras that share too little surface are not matched, and the summary says so") {
   mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
   for (int i = 0; i < 4; i++) encoder.add(frame_of(i, 4));
-  const mux::Summary summary = encoder.finish();
-  CHECK(!summary.plan.match.on);
-  CHECK(summary.plan.match.reason == "no two cameras share enough surface");
+  const mux::Report summary = encoder.finish();
+  CHECK(!summary.match.applied);
+  CHECK(summary.match.reason == "no two cameras share enough surface");
 }
 
 namespace {
@@ -482,8 +483,8 @@ TEST_CASE("visibility that comes with frames is sent, and rays find that of the 
         bytes.append(static_cast<const char *>(part), size);
       });
       for (int i = 0; i < 5; i++) encoder.add(half_seen(i));
-      const mux::Summary summary = encoder.finish();
-      CHECK(summary.plan.visibility.on);
+      const mux::Report summary = encoder.finish();
+      CHECK(summary.visibility_choice.sent);
       write_bytes(folder.path("out.fvv"), bytes.data(), bytes.size());
       for (const size_t frame : {0u, 3u, 4u}) {
         size_t wrong = 0, far = 0, hidden = 0;
@@ -547,12 +548,12 @@ TEST_CASE("sound of the configuration is in the groups that it falls into") {
     for (int i = 0; i < count; i++) encoder.add(frame_of(i, 4));
     return encoder.finish();
   };
-  const mux::Summary summary = run(10);
+  const mux::Report summary = run(10);
   REQUIRE(summary.sounds.size() == 2);
   CHECK(summary.sounds[0].chunks == 3); // the packet before the sound begins in tick 3
   CHECK(warnings.size() == 2);          // both go on after the last frame
   CHECK(warnings[1] == "encoder: audio: sound 1: its sound goes on after the last frame and is cut there");
-  CHECK(summary.plan.warned);
+  CHECK(summary.warned);
   write_bytes(folder.path("out.fvv"), bytes.data(), bytes.size());
   Stream stream(folder.path("out.fvv"));
   CHECK(stream.configuration().sound_count == 2);

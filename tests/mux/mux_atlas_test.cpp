@@ -3,7 +3,7 @@
 #include "make_video.h"
 #include "mux_fixture.h"
 
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "fvvdemux/demux.h"
 
 #include <set>
@@ -76,15 +76,15 @@ TEST_CASE("an atlas is a video track of its own, in the stream as in the capture
   std::set<std::string> results;
   FileOptions options = options_for(folder);
   options.verify = true;
-  mux::Summary summary;
+  mux::Report summary;
   for (const uint32_t threads : {1, 3}) {
     options.threads = threads;
     summary = mux_file(options);
     results.insert(read_bytes(options.output));
   }
   CHECK(results.size() == 1);
-  REQUIRE(summary.plan.tracks.size() == 2);
-  CHECK(summary.plan.tracks[1].choice.sample_psnr >= 42);
+  REQUIRE(summary.videos.size() == 2);
+  CHECK(summary.videos[1].sample_psnr >= 42);
   CHECK(summary.verdict->videos[1].pictures == 5);
   CHECK(summary.verdict->mesh.max_texture_error > 0);
   CHECK(summary.verdict->mesh.max_texture_error <= 0.5 / 4096);
@@ -164,8 +164,8 @@ TEST_CASE("texture coordinates go with the atlas, and only with it") {
   FileOptions options = options_for(folder);
   options.pictures = false;
   options.verify = true;
-  const mux::Summary bare = mux_file(options);
-  CHECK((bare.plan.tracks.empty() && bare.plan.texture_bits == 0));
+  const mux::Report bare = mux_file(options);
+  CHECK((bare.videos.empty() && bare.texture_bits == 0));
   const std::string without = read_bytes(options.output);
   capture.atlas.reset();
   scene::write_capture(capture, capture.path);
@@ -183,9 +183,9 @@ TEST_CASE("the size of an atlas is made even, and scaled on request") {
   options.verify = true;
   options.quality.value = 35;
   const auto size = [&] {
-    const mux::Summary summary = mux_file(options);
-    REQUIRE(summary.plan.tracks.size() == 1);
-    return std::pair(summary.plan.tracks[0].tiling.width, summary.plan.tracks[0].tiling.height);
+    const mux::Report summary = mux_file(options);
+    REQUIRE(summary.videos.size() == 1);
+    return std::pair(summary.videos[0].width, summary.videos[0].height);
   };
   CHECK(size() == std::pair(62u, 40u));
   options.atlas_scale = 0.5;
@@ -201,7 +201,8 @@ TEST_CASE("what does not fit an atlas is refused before work starts") {
   const FileOptions options = options_for(folder);
   write_png(capture.atlas_path(3), atlas_of(62, 32, 3));
   const std::string where = capture.path + ": ",
-                    advice = "\nfvvmux: " + where +
+                    advice = "
+                             " + where +
                              "--skip-bad-frames leaves out frames whose files cannot be used";
   CHECK(failure(options) ==
         where + "atlas: 1 of 5 pictures is not 64 x 32, first: atlas/0003.png is 62 x 32" + advice);
@@ -332,11 +333,11 @@ TEST_CASE("an atlas may be a video, met and turned as those of cameras are") {
   options.quality = {false, 4};
   options.verify = true;
   describe(0);
-  const mux::Summary summary = mux_file(options);
-  REQUIRE(summary.plan.tracks.size() == 1);
-  CHECK(summary.plan.tracks[0].tiling.width == 64);
-  REQUIRE(summary.plan.sources.size() == 1);
-  const scene::VideoReport &report = summary.plan.sources[0];
+  const mux::Report summary = mux_file(options);
+  REQUIRE(summary.videos.size() == 1);
+  CHECK(summary.videos[0].width == 64);
+  REQUIRE(summary.sources.size() == 1);
+  const mux::SourceReport &report = summary.sources[0];
   CHECK((!report.camera && report.met == 5 && report.before == 5 && report.behind == 10));
   CHECK(text_of(summary).find("  source    atlas pictures atlas.mp4: 20 pictures at 25/s") !=
         std::string::npos);
@@ -347,8 +348,8 @@ TEST_CASE("an atlas may be a video, met and turned as those of cameras are") {
                     44) == 5 + i);
 
   describe({}); // by the video
-  const mux::Summary turned = mux_file(options);
-  CHECK((turned.plan.tracks[0].tiling.width == 48 && turned.plan.tracks[0].tiling.height == 64));
+  const mux::Report turned = mux_file(options);
+  CHECK((turned.videos[0].width == 48 && turned.videos[0].height == 64));
 
   fs::remove(folder.path("in/atlas.mp4"));
   CHECK(failure(options) == capture.path + ": atlas: pictures atlas.mp4: is missing");

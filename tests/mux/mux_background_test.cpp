@@ -1,7 +1,7 @@
 // fvvmux --verify: the environment of a stream is compared with the capture's.
 #include "mux_fixture.h"
 
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "mux/src/background.h"
 
 namespace {
@@ -30,19 +30,21 @@ FileOptions with_triangle(const Folder &folder) {
 TEST_CASE("the environment is read back for every group, and another one is found") {
   const Folder folder;
   const FileOptions options = with_triangle(folder);
-  mux::Summary summary = mux_file(options);
+  Encoded encoded = encode_file(options);
+  mux::Report summary = encoded.report;
+  summary.verdict = encoded.verify(options.output);
   CHECK(summary.verdict->backgrounds == 3);
   CHECK(json_of(summary)["verified"]["background"] == 3);
   CHECK(text_of(summary).find("the environment of 3 groups is the capture's") != std::string::npos);
 
   // What was packed is no longer what is in the stream.
-  auto other = std::make_shared<mux::PackedBackground>(*summary.plan.background);
+  auto other = std::make_shared<mux::PackedBackground>(*encoded.plan.background);
   other->payload.back() ^= 1;
-  const auto packed = std::exchange(summary.plan.background, other);
-  CHECK_THROWS_WITH(mux::verify(summary.plan, summary.origins, InputFile(options.output)),
+  const auto packed = std::exchange(encoded.plan.background, other);
+  CHECK_THROWS_WITH(encoded.verify(options.output),
                     options.output + ": group 0: environment: it is not the one that was written");
-  summary.plan.background = packed;
-  CHECK(mux::verify(summary.plan, summary.origins, InputFile(options.output)).backgrounds == 3);
+  encoded.plan.background = packed;
+  CHECK(encoded.verify(options.output).backgrounds == 3);
 
   // Nor is it what the capture has by now.
   scene::Environment moved;
@@ -51,6 +53,6 @@ TEST_CASE("the environment is read back for every group, and another one is foun
   moved.parts[0].mesh.faces = {0, 2, 1};
   const std::string file = scene::format_environment(moved, {{0, 0, 0}, 0.001}, "stage.glb");
   write_bytes(folder.path("in/stage.glb"), file.data(), file.size());
-  CHECK_THROWS_WITH(mux::verify(summary.plan, summary.origins, InputFile(options.output)),
+  CHECK_THROWS_WITH(encoded.verify(options.output),
                     options.output + ": group 0: environment: part 0 is not that of the capture");
 }

@@ -90,12 +90,12 @@ TEST_CASE("every group shows its own silhouettes with a margin, and no more") {
   shape.masks = true;
   make_capture(folder, shape);
   const FileOptions options = cropping(folder);
-  const mux::Summary summary = mux_file(options);
-  const mux::VideoTrack &track = summary.plan.tracks[0];
-  CHECK(summary.plan.crop.on);
-  CHECK(summary.plan.crop.by_masks == 3);
-  CHECK(summary.plan.crop.reason == "to the masks");
-  CHECK(summary.layouts == 2); // the configuration has the first group's
+  const mux::Report summary = mux_file(options);
+  const mux::VideoTrack track = mux::make_plan(options, {}).tracks[0];
+  CHECK(summary.crop.cropped);
+  CHECK(summary.crop.by_masks == 3);
+  CHECK(summary.crop.reason == "to the masks");
+  CHECK(summary.crop.layouts == 2); // the configuration has the first group's
   CHECK(summary.verdict->videos[0].pictures == 5);
   Stream stream(options.output);
   const std::vector<media::Image> pictures = stream.pictures();
@@ -126,9 +126,9 @@ TEST_CASE("without masks the mesh is used, and without both pictures stay whole"
   Shape shape;
   make_capture(folder, shape);
   FileOptions options = cropping(folder);
-  const mux::Summary by_mesh = mux_file(options);
-  CHECK(by_mesh.plan.crop.by_mesh == 3);
-  CHECK(by_mesh.plan.crop.reason == "to the mesh");
+  const mux::Report by_mesh = mux_file(options);
+  CHECK(by_mesh.crop.by_mesh == 3);
+  CHECK(by_mesh.crop.reason == "to the mesh");
   // The ball of radius 0.5 in 3 m: 12 pixels around the middle, and on the move.
   const fvv_rect from = tiles_of(options.output, 0)[0].source;
   CHECK(from.x >= 32 - 12 - 10);
@@ -136,14 +136,14 @@ TEST_CASE("without masks the mesh is used, and without both pictures stay whole"
   CHECK(from.width < 2 * 12 + 2 * 8 + 6);
   options.meshes = false;
   options.verify = false;
-  const mux::Summary whole = mux_file(options);
-  CHECK(!whole.plan.crop.on);
-  CHECK(whole.plan.crop.reason == "there are neither masks nor meshes to crop by");
-  CHECK(whole.layouts == 0);
+  const mux::Report whole = mux_file(options);
+  CHECK(!whole.crop.cropped);
+  CHECK(whole.crop.reason == "there are neither masks nor meshes to crop by");
+  CHECK(whole.crop.layouts == 0);
   CHECK(tiles_of(options.output, 1)[0].source.width == 64);
   options = cropping(folder);
   options.crop = mux::Crop::none;
-  CHECK(mux_file(options).plan.crop.reason == "as --crop none says");
+  CHECK(mux_file(options).crop.reason == "as --crop none says");
 }
 
 TEST_CASE("scaled crops keep the scale of the whole picture exactly") {
@@ -254,8 +254,7 @@ TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get mor
   uint64_t before = UINT64_MAX;
   for (const uint64_t bound : {1000000u, 20000u, 9000u}) {
     options.video_pixels = bound;
-    const mux::Summary summary = mux_file(options);
-    const mux::Tiling &tiling = summary.plan.tracks[0].tiling;
+    const mux::Tiling tiling = mux::make_plan(options, {}).tracks[0].tiling;
     const uint64_t pixels = uint64_t(tiling.width) * tiling.height;
     CHECK(pixels <= bound);
     CHECK(pixels < before);
@@ -270,7 +269,7 @@ TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get mor
   }
   options.video_pixels = 4096;
   options.cameras = {"3"};
-  CHECK(mux_file(options).plan.tracks[0].tiling.tiles.size() == 1);
+  CHECK(mux_file(options).videos[0].cameras.size() == 1);
   options.crop = mux::Crop::none;
   CHECK_THROWS_WITH(mux_file(options),
                     "--video-pixels: expected pictures that are cropped: as --crop none says");

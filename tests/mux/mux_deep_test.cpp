@@ -1,6 +1,6 @@
 // fvvmux --bit-depth: from pictures of 16 bits to a stream of 10.
 #include "fvv_media/frame.h"
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "mux_fixture.h"
 
 #include <set>
@@ -59,7 +59,7 @@ TEST_CASE("10 bits keep what pictures of 16 bits have between the codes of 8") {
     CHECK(shades(options.output) <= 5);
     options.bit_depth = 10;
     options.verify = true;
-    const mux::Summary summary = mux_file(options);
+    const mux::Report summary = mux_file(options);
     media::DeepImage tile;
     CHECK(shades(options.output, &tile) >= 8);
     {
@@ -71,9 +71,8 @@ TEST_CASE("10 bits keep what pictures of 16 bits have between the codes of 8") {
     // The summary's figures are those of the picture, at a peak of white.
     REQUIRE(summary.verdict);
     CHECK(summary.verdict->videos[0].pictures == 5);
-    CHECK(std::abs(summary.verdict->videos[0].luma.psnr() - summary.plan.tracks[0].choice.sample_psnr) < 4);
-    CHECK(std::abs(media::psnr_luma(tile, deep_picture_of(0, 0)) -
-                   summary.plan.tracks[0].choice.sample_psnr) < 6);
+    CHECK(std::abs(summary.verdict->videos[0].psnr() - summary.videos[0].sample_psnr) < 4);
+    CHECK(std::abs(media::psnr_luma(tile, deep_picture_of(0, 0)) - summary.videos[0].sample_psnr) < 6);
   }
 }
 
@@ -89,10 +88,10 @@ TEST_CASE("a target PSNR is reached and verified with 10 bits as with 8") {
     options.bit_depth = bits;
     options.background = mux::Background::flat;
     options.verify = true;
-    const mux::Summary summary = mux_file(options);
-    CHECK(summary.plan.tracks[0].choice.masks);
-    CHECK(summary.plan.tracks[0].choice.sample_psnr >= 40);
-    CHECK(summary.plan.tracks[0].choice.sample_psnr < 43);
+    const mux::Report summary = mux_file(options);
+    CHECK(summary.videos[0].sample_foreground);
+    CHECK(summary.videos[0].sample_psnr >= 40);
+    CHECK(summary.videos[0].sample_psnr < 43);
     CHECK(json_of(summary).at("video").at("bit_depth") == bits);
     CHECK(text_of(summary).find(", " + std::to_string(bits) + " bits, 3 tiles") != std::string::npos);
     // The same for any number of threads.
@@ -110,9 +109,9 @@ TEST_CASE("pictures of 8 bits may go into 10") {
   options.codec = FVV_CODEC_AV01;
   options.bit_depth = 10;
   options.verify = true;
-  const mux::Summary summary = mux_file(options);
+  const mux::Report summary = mux_file(options);
   CAPTURE(text_of(summary));
-  CHECK(summary.verdict->videos[0].luma.psnr() > 40);
+  CHECK(summary.verdict->videos[0].psnr() > 40);
 }
 
 TEST_CASE("a bit depth is refused where a codec does not have it, before any work") {

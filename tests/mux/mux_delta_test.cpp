@@ -47,12 +47,12 @@ std::string keys_of(const std::string &path) {
 TEST_CASE("frames with the same faces become key and delta frames") {
   const Folder folder;
   FileOptions options = frames_on_disk(folder, balls(13));
-  const mux::Summary summary = mux_file(options); // verifies
+  const mux::Report summary = mux_file(options); // verifies
   CHECK(keys_of(options.output) == "kdddddkdddddk");
   CHECK((summary.mesh.chunks == 13 && summary.delta.chunks == 10));
   CHECK(summary.verdict->meshes == 13);
   options.delta = false;
-  const mux::Summary keys = mux_file(options);
+  const mux::Report keys = mux_file(options);
   CHECK(keys_of(options.output) == std::string(13, 'k'));
   CHECK(summary.mesh.payload < keys.mesh.payload / 2);
 }
@@ -84,13 +84,13 @@ TEST_CASE("a run that is decimated stays one, for any order of its vertices") {
   FileOptions options = frames_on_disk(folder, frames);
   options.keep_geometry = false;
   options.triangles = 150;
-  const mux::Summary summary = mux_file(options); // verifies
+  const mux::Report summary = mux_file(options); // verifies
   CHECK(keys_of(options.output) == "kdddddkddddd");
   Stream stream(options.output);
   fvv_mesh mesh;
   stream.mesh(7, mesh);
   CHECK(mesh.face_count < 170);
-  CHECK(summary.verdict->mesh.max_vertex_error <= summary.plan.lattice.error() * (1 + 1e-9));
+  CHECK(summary.verdict->mesh.max_vertex_error <= summary.lattice.error() * (1 + 1e-9));
   fvv_mesh_free(&mesh);
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("vertices and faces that meet in the key frame alone come apart again"
   for (size_t v = 1; v <= 16; v++)
     std::copy_n(&frames[0].positions[0], 3, &frames[0].positions[3 * v]); // a ring at the pole
   FileOptions options = frames_on_disk(folder, frames);
-  const mux::Summary summary = mux_file(options); // verifies every face
+  const mux::Report summary = mux_file(options); // verifies every face
   CHECK(keys_of(options.output) == "kddddd");
   CHECK(summary.changes.welded.count == 0);
   options.delta = false;
@@ -136,13 +136,13 @@ TEST_CASE("verification finds a delta frame that is not the capture's") {
   const Folder folder;
   Frames frames = balls(6);
   const FileOptions options = frames_on_disk(folder, frames);
-  const mux::Summary summary = mux_file(options);
+  const Encoded encoded = encode_file(options);
   const auto complaint = [&](const geometry::Mesh &other) {
-    const std::string path = summary.plan.capture.mesh_path(3), was = read_bytes(path);
+    const std::string path = encoded.plan.capture.mesh_path(3), was = read_bytes(path);
     scene::write_mesh(other, {{0, 0, 0}, 1e-6}, path);
     std::string found;
     try {
-      mux::verify(summary.plan, summary.origins, InputFile(options.output));
+      encoded.verify(options.output);
     } catch (const fvv::Error &failure) {
       found = failure.what();
     }
@@ -151,7 +151,7 @@ TEST_CASE("verification finds a delta frame that is not the capture's") {
   };
   const std::string prefix = options.output + ": frame 3: ";
   geometry::Mesh moved = frames[3], turned = frames[3], more = frames[3], less = frames[3];
-  moved.positions[3 * 20 + 1] += 2 * summary.plan.lattice.error();
+  moved.positions[3 * 20 + 1] += 2 * encoded.report.lattice.error();
   CHECK(complaint(moved).find(prefix + "decoded vertex ") == 0);
   std::swap(turned.faces[0], turned.faces[1]);
   CHECK(complaint(turned) == prefix + "1 decoded faces are turned round, the encoder turned 0");

@@ -40,9 +40,9 @@ TEST_CASE("ten frames of an animated glTF file become ten meshes of one topology
     FileOptions options = options_for(folder);
     options.threads = threads;
     options.verify = true;
-    const mux::Summary summary = mux_file(options);
-    CHECK(!summary.plan.warned);
-    error = summary.plan.lattice.error();
+    const mux::Report summary = mux_file(options);
+    CHECK(!summary.warned);
+    error = summary.lattice.error();
     results.insert(read_bytes(options.output));
   }
   CHECK(results.size() == 1);

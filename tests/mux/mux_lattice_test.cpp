@@ -132,8 +132,8 @@ TEST_CASE("a range of frames is a capture of its own") {
   make_capture(folder, shape); // 10 12 14 16 18
   FileOptions options = options_for(folder);
   options.frames = fvv::parse_range("--frames", "12-16");
-  const Summary summary = mux_file(options);
-  CHECK(!summary.plan.warned);
+  const Report summary = mux_file(options);
+  CHECK(!summary.warned);
   Stream stream(options.output);
   CHECK(stream.frames() == 3);
   const fvv_text &text = stream.configuration().metadata[0];

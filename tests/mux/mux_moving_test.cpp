@@ -106,8 +106,8 @@ TEST_CASE("cameras that move go into a stream and come out of it within a twenti
   const scene::Capture source = moving_capture(folder);
   FileOptions options = options_for(folder);
   options.verify = true;
-  const mux::Summary summary = mux_file(options);
-  CHECK(!summary.plan.warned);
+  const mux::Report summary = mux_file(options);
+  CHECK(!summary.warned);
   CHECK(summary.calibration.chunks == 5);
   REQUIRE(summary.verdict);
   CHECK(summary.verdict->cameras == 3);
@@ -153,12 +153,11 @@ TEST_CASE("verification notices a camera that moves elsewhere") {
   const Folder folder;
   moving_capture(folder);
   FileOptions options = options_for(folder);
-  options.verify = true; // written.origins
-  const mux::Summary written = mux_file(options);
-  CHECK_NOTHROW(mux::verify(written.plan, written.origins, InputFile(options.output)));
-  mux::Plan wrong = written.plan;
-  wrong.capture.cameras[1].per_frame.at(3).cx += 0.1;
-  CHECK_THROWS_WITH(mux::verify(wrong, written.origins, InputFile(options.output)),
+  options.verify = true; // Encoded::origins
+  Encoded written = encode_file(options);
+  CHECK_NOTHROW(written.verify(options.output));
+  written.plan.capture.cameras[1].per_frame.at(3).cx += 0.1;
+  CHECK_THROWS_WITH(written.verify(options.output),
                     Catch::Contains("frame 3: camera 13 is not the camera of the capture"));
 }
 
@@ -208,9 +207,9 @@ TEST_CASE("frames in which a camera lost its calibration are frames without it, 
   FileOptions options = options_for(folder);
   options.verify = true;
   options.group = 2;
-  const mux::Summary summary = mux_file(options);
-  CHECK(!summary.plan.warned);
-  CHECK(summary.verdict->moving_reprojection < 0.05);
+  Encoded encoded = encode_file(options);
+  CHECK(!encoded.report.warned);
+  CHECK(encoded.verify(options.output).moving_reprojection < 0.05);
   demux::Options all;
   demux::Result result;
   demux::demux(options.output, folder.path("back"), all, result);
@@ -220,9 +219,8 @@ TEST_CASE("frames in which a camera lost its calibration are frames without it, 
   CHECK(back.cameras[1].lost == std::set<int64_t>{0, 1, 3});
   CHECK(difference(source.cameras[1].calibration_at(4), back.cameras[1].calibration_at(4), 4) < 0.05);
   // A stream that calibrates it nevertheless is detected.
-  mux::Plan wrong = summary.plan;
-  wrong.capture.cameras[1].lost.insert(2);
-  CHECK_THROWS_WITH(mux::verify(wrong, summary.origins, InputFile(options.output)),
+  encoded.plan.capture.cameras[1].lost.insert(2);
+  CHECK_THROWS_WITH(encoded.verify(options.output),
                     Catch::Contains("frame 2: camera 13 is calibrated, and lost in the capture"));
   options.capture = folder.path("back");
   options.output = folder.path("again.fvv");

@@ -1,7 +1,7 @@
 // fvvmux, then fvvdemux: when normals are sent, and that they arrive.
 #include "mux_fixture.h"
 
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "fvvdemux/demux.h"
 
 #include <algorithm>
@@ -80,8 +80,8 @@ fvv_check_summary checked(const std::string &path, fvv_track_summary &track) {
 TEST_CASE("normals are sent where edges are hard, and turn in delta frames") {
   const Folder folder;
   FileOptions options = frames_on_disk(folder, boxes(8));
-  const mux::Summary summary = mux_file(options); // verifies
-  CHECK(summary.plan.normals.bits == 8);
+  const mux::Report summary = mux_file(options); // verifies
+  CHECK(summary.normals.bits == 8);
   CHECK(summary.delta.chunks == 6);
   CHECK(summary.verdict->mesh.max_normal_error < 4); // of 8 bits twice, and of rounded positions
   fvv_track_summary track;
@@ -94,8 +94,8 @@ TEST_CASE("normals are sent where edges are hard, and turn in delta frames") {
   CHECK(text_of(summary).find("normals   sent with 8 bits: ") != std::string::npos);
 
   options.normals = mux::Normals::never;
-  const mux::Summary without = mux_file(options);
-  CHECK(without.plan.normals.bits == 0);
+  const mux::Report without = mux_file(options);
+  CHECK(without.normals.bits == 0);
   CHECK(without.mesh.payload < summary.mesh.payload);
   CHECK(checked(options.output, track).problems == 0);
   CHECK(track.with_normals == 0);
@@ -105,35 +105,35 @@ TEST_CASE("normals are sent where edges are hard, and turn in delta frames") {
 TEST_CASE("smooth normals are left to players") {
   const Folder folder;
   FileOptions options = frames_on_disk(folder, smooth(3));
-  const mux::Summary summary = mux_file(options);
-  CHECK(summary.plan.normals.bits == 0);
-  CHECK(summary.plan.normals.reason == "0 % of the first mesh's vertices lie on hard edges");
+  const mux::Report summary = mux_file(options);
+  CHECK(summary.normals.bits == 0);
+  CHECK(summary.normals.reason == "0 % of the first mesh's vertices lie on hard edges");
   const std::string bytes = read_bytes(options.output);
   // What points inwards is as smooth; a normal of no length is no reason to fail.
   Frames inwards = smooth(3);
   for (double &x : inwards[0].normals) x = -x;
   frames_on_disk(folder, inwards);
-  CHECK(mux_file(options).plan.normals.bits == 0);
+  CHECK(mux_file(options).normals.bits == 0);
   CHECK(read_bytes(options.output) == bytes);
   for (size_t k = 0; k < 3; k++) inwards[0].normals[3 * 20 + k] = 0;
   frames_on_disk(folder, inwards);
-  const mux::Summary broken = mux_file(options);
-  CHECK(broken.plan.normals.bits == 0);
-  CHECK(broken.plan.normals.reason.find("vertex 20: its normal is (0, 0, 0)") != std::string::npos);
+  const mux::Report broken = mux_file(options);
+  CHECK(broken.normals.bits == 0);
+  CHECK(broken.normals.reason.find("vertex 20: its normal is (0, 0, 0)") != std::string::npos);
   CHECK(read_bytes(options.output) == bytes);
 
   // Normals of other vertices, as they come with some captures, are no hard edges.
   Frames mixed = smooth(3);
   std::rotate(mixed[0].normals.begin(), mixed[0].normals.begin() + 3 * 40, mixed[0].normals.end());
   frames_on_disk(folder, mixed);
-  const mux::Summary odd = mux_file(options);
-  CHECK(odd.plan.normals.bits == 0);
-  CHECK(odd.plan.normals.reason.find("off those of their own faces") != std::string::npos);
+  const mux::Report odd = mux_file(options);
+  CHECK(odd.normals.bits == 0);
+  CHECK(odd.normals.reason.find("off those of their own faces") != std::string::npos);
 
   frames_on_disk(folder, smooth(3));
   options.normals = mux::Normals::always;
-  const mux::Summary sent = mux_file(options);
-  CHECK(sent.plan.normals.bits == 8);
+  const mux::Report sent = mux_file(options);
+  CHECK(sent.normals.bits == 8);
   CHECK(sent.verdict->mesh.max_normal_error <
         6); // a ball of 12 x 16 cells whose normals only the lattice turns
 }
@@ -141,7 +141,7 @@ TEST_CASE("smooth normals are left to players") {
 TEST_CASE("requested normals have to be there") {
   const Folder folder;
   FileOptions options = frames_on_disk(folder, balls(3));
-  CHECK(mux_file(options).plan.normals.reason == "the source has none");
+  CHECK(mux_file(options).normals.reason == "the source has none");
   options.normals = mux::Normals::always;
   CHECK_THROWS_WITH(mux_file(options),
                     Catch::Matchers::Contains("--normals always: ") &&
@@ -172,7 +172,7 @@ TEST_CASE("a capture with hard edges comes back with its normals") {
     again.capture = folder.path("back");
     again.output = folder.path("again.fvv");
     again.group = options.group;
-    CHECK(mux_file(again).plan.normals.bits == 8);
+    CHECK(mux_file(again).normals.bits == 8);
     Stream first(options.output), second(again.output);
     for (size_t f = 0; f < 2; f++) {
       fvv_mesh a = {}, b = {};

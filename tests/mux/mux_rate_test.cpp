@@ -1,6 +1,6 @@
 // fvvmux --bitrate: every codec reaches the target bit rate, with any number of threads.
 #include "display_codecs.h"
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "mux_fixture.h"
 
 #include "fvv_mux/option_texts.h"
@@ -45,8 +45,8 @@ TEST_CASE("a bit rate is kept over a clip by every codec, and reported", "[slow]
     const double target = std::floor(rate_in(options.output) * 1.02);
     CAPTURE(codec.name, target);
     options.bit_rate = uint64_t(target);
-    const mux::Summary summary = mux_file(options);
-    CHECK(!summary.plan.warned);
+    const mux::Report summary = mux_file(options);
+    CHECK(!summary.warned);
     const double reached = rate_in(options.output);
     CHECK(reached <= target);
     CHECK(reached > 0.92 * target);

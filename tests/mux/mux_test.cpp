@@ -3,7 +3,8 @@
 
 #include "display_codecs.h"
 #include "fvv_cxx/parallel.h"
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
+#include "mux/src/parts/plan_data.h"
 
 #include <array>
 #include <atomic>
@@ -57,8 +58,8 @@ TEST_CASE("a stream holds what the capture holds") {
   const scene::Capture capture = make_capture(folder, shape);
   FileOptions options = options_for(folder);
   options.quality.value = 38;
-  const mux::Summary summary = mux_file(options);
-  CHECK(!summary.plan.warned);
+  const mux::Report summary = mux_file(options);
+  CHECK(!summary.warned);
   CHECK(summary.bytes == fs::file_size(options.output));
   Stream stream(options.output);
   REQUIRE(stream.frames() == 5);
@@ -85,7 +86,7 @@ TEST_CASE("a stream holds what the capture holds") {
     stream.mesh(i, mesh);
     CHECK(mesh.vertex_count == source.vertex_count());
     CHECK(mesh.face_count == source.face_count());
-    CHECK(worst_vertex(mesh, scene, source) <= summary.plan.lattice.error() * (1 + 1e-9));
+    CHECK(worst_vertex(mesh, scene, source) <= summary.lattice.error() * (1 + 1e-9));
     fvv_mesh_free(&mesh);
     for (size_t k = 0; k < 3; k++) {
       const media::LumaError one = media::luma_error(
@@ -95,7 +96,7 @@ TEST_CASE("a stream holds what the capture holds") {
     }
   }
   CHECK(error.psnr() > 37);
-  CHECK(summary.plan.tracks[0].choice.sample_psnr >= 38);
+  CHECK(summary.videos[0].sample_psnr >= 38);
 }
 
 TEST_CASE("within a frame the mesh comes first, and every group begins with key chunks") {
@@ -160,7 +161,7 @@ TEST_CASE("JPEG samples are separate files, with the given quality") {
   FileOptions options = options_for(folder);
   options.codec = FVV_CODEC_JPEG;
   options.quality = {false, 50};
-  const mux::Summary coarse = mux_file(options);
+  const mux::Report coarse = mux_file(options);
   Stream stream(options.output);
   for (size_t i = 0; i < 5; i++) {
     int key = 0;
@@ -169,9 +170,9 @@ TEST_CASE("JPEG samples are separate files, with the given quality") {
     CHECK((bytes[0] == 0xff && bytes[1] == 0xd8));
   }
   options.quality = {false, 95};
-  const mux::Summary fine = mux_file(options);
+  const mux::Report fine = mux_file(options);
   CHECK(fine.videos[0].payload > coarse.videos[0].payload);
-  CHECK(fine.plan.tracks[0].choice.sample_psnr > coarse.plan.tracks[0].choice.sample_psnr);
+  CHECK(fine.videos[0].sample_psnr > coarse.videos[0].sample_psnr);
 }
 
 TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 pixels") {
@@ -182,8 +183,8 @@ TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 
   FileOptions options = options_for(folder);
   options.codec = FVV_CODEC_JPEG;
   options.background = mux::Background::flat;
-  const mux::Summary summary = mux_file(options);
-  CHECK(summary.plan.tracks[0].choice.masks);
+  const mux::Report summary = mux_file(options);
+  CHECK(summary.videos[0].sample_foreground);
   Stream stream(options.output);
   const media::Image tile = media::extract(stream.pictures()[0], stream.configuration().videos[0].tiles[0]);
   const media::Image source = picture_of(0, 64, 48, 0);
@@ -207,7 +208,7 @@ TEST_CASE("unlike cameras, scaled: tiles say the scale, cameras keep their size"
   options.scale = 0.5;
   options.verify = true;
   options.quality.value = 36;
-  const mux::Summary summary = mux_file(options);
+  const mux::Report summary = mux_file(options);
   CHECK(summary.verdict->videos[0].pictures == 5);
   Stream stream(options.output);
   const fvv_configuration &configuration = stream.configuration();
@@ -270,7 +271,7 @@ TEST_CASE("fast meshes are those of the other profiles, in another order") {
   options.pictures = false;
   const auto corners = [&](uint8_t profile) {
     options.mesh_profile = profile;
-    const mux::Summary summary = mux_file(options);
+    const mux::Report summary = mux_file(options);
     CHECK(json_of(summary)["mesh"]["profile"] == (profile == FVV_MESH_FAST ? "fast" : "raw"));
     Stream stream(options.output);
     fvv_mesh mesh;
@@ -291,7 +292,7 @@ TEST_CASE("a live stream has no index, and readers make one") {
   make_capture(folder);
   FileOptions options = options_for(folder);
   options.live = options.verify = true;
-  const mux::Summary summary = mux_file(options);
+  const mux::Report summary = mux_file(options);
   CHECK(summary.verdict->meshes == 5);
   Stream stream(options.output);
   CHECK(fvv_file_index_state(stream.index()) == FVV_INDEX_REBUILT);
@@ -306,32 +307,33 @@ TEST_CASE("verification finds another mesh, another picture, another camera") {
   const scene::Capture capture = make_capture(folder);
   FileOptions options = options_for(folder);
   options.verify = true;
-  mux::Summary summary = mux_file(options);
-  const double step = summary.plan.lattice.lattice.step;
-  CHECK(summary.verdict->mesh.max_vertex_error > 0);
-  CHECK(summary.verdict->mesh.max_vertex_error <=
-        (0.5 + summary.plan.lattice.delta_error) * step * (1 + 1e-9));
-  CHECK(summary.verdict->max_reprojection == 0);
-  CHECK(summary.verdict->videos[0].min_psnr > 35);
+  Encoded encoded = encode_file(options);
+  const double step = encoded.report.lattice.step;
+  const mux::Verdict verdict = encoded.verify(options.output);
+  CHECK(verdict.mesh.max_vertex_error > 0);
+  CHECK(verdict.mesh.max_vertex_error <= (0.5 + encoded.report.lattice.delta_error) * step * (1 + 1e-9));
+  CHECK(verdict.max_reprojection == 0);
+  CHECK(verdict.videos[0].min_psnr > 35);
   const auto complaint = [&] {
     try {
-      mux::verify(summary.plan, summary.origins, InputFile(options.output));
+      encoded.verify(options.output);
       return std::string();
     } catch (const fvv::Error &error) {
       return std::string(error.what());
     }
   };
-  summary.plan.capture.cameras[1].calibration.fx += 1e-3;
+  encoded.plan.capture.cameras[1].calibration.fx += 1e-3;
   CHECK(complaint() == options.output + ": camera 13 is not the camera of the capture");
-  summary.plan.capture.cameras[1].calibration.fx -= 1e-3;
+  encoded.plan.capture.cameras[1].calibration.fx -= 1e-3;
   scene::write_mesh(ball(4), {}, capture.mesh_path(3));
   CHECK(complaint().find(options.output + ": frame 3: decoded vertex ") == 0);
   FileOptions keys = options;
   keys.delta = keys.verify = false;
   keys.output = folder.path("keys.fvv");
-  const mux::Summary alone = mux_file(keys); // of the mesh that is there now
+  Encoded alone = encode_file(keys); // of the mesh that is there now
   scene::write_mesh(ball(5), {}, capture.mesh_path(3));
-  CHECK_THROWS_WITH(mux::verify(alone.plan, {std::vector<mux::MeshOrigins>(5)}, InputFile(keys.output)),
+  alone.origins = {std::vector<mux::MeshOrigins>(5)};
+  CHECK_THROWS_WITH(alone.verify(keys.output),
                     keys.output + ": frame 3: the decoded mesh has other faces than " + capture.mesh_path(3));
   scene::write_mesh(ball(3), {}, capture.mesh_path(3));
   for (const scene::Camera &camera : capture.cameras)
@@ -372,4 +374,73 @@ TEST_CASE("groups are collected in order, few at a time, and the first failure c
                           threads, group_of, [](size_t) {}, [](size_t) { throw std::runtime_error("full"); }),
                       "full");
   }
+}
+
+TEST_CASE("encoding changes nothing of a plan, and what it settles is in the decisions") {
+  const Folder folder;
+  Shape shape = with_masks();
+  make_capture(folder, shape);
+  FileOptions options = options_for(folder);
+  options.visibility = mux::Visibility::automatic;
+  options.ladder = {{1}, {0.5}};
+  options.mesh_ladder = mux::MeshLadder::automatic;
+  options.keep_geometry = false;
+  options.max_error = mux::MaxError{2, mux::MaxError::pixels};
+  mux::PlanData data;
+  data.plan = mux::make_plan(options, {});
+  const std::string before = mux::save_plan(data);
+  std::string stream;
+  const mux::Sink sink = [&](const void *bytes, size_t size) {
+    stream.append(static_cast<const char *>(bytes), size);
+  };
+  mux::EncodeJob job(data.plan, sink);
+  job.run();
+  job.finish(std::chrono::steady_clock::now());
+  CHECK(mux::save_plan(data) == before);
+  const mux::Decisions decisions = job.decisions();
+  REQUIRE(decisions.videos.size() == data.plan.tracks.size());
+  for (const mux::VideoDecision &video : decisions.videos) CHECK(!video.record.empty());
+  REQUIRE(decisions.meshes.size() == data.plan.meshes.size());
+  CHECK(decisions.meshes[0].sent);
+  CHECK(data.plan.visibility.open);
+  CHECK(decisions.visibility.reason.find(" of the pictures' bytes in the first group, ") !=
+        std::string::npos);
+  CHECK(decisions.nominal.rates.count(mux::camera_track) == 1);
+  // The same plan and the same decisions give the same stream again.
+  std::string again;
+  const mux::Sink other = [&](const void *bytes, size_t size) {
+    again.append(static_cast<const char *>(bytes), size);
+  };
+  mux::EncodeJob repeated(data.plan, other);
+  repeated.run();
+  repeated.finish(std::chrono::steady_clock::now());
+  CHECK(again == stream);
+}
+
+TEST_CASE("a report is usable when capture, options and muxer are gone") {
+  std::optional<mux::Report> report;
+  std::string name;
+  {
+    const Folder folder;
+    make_capture(folder, with_masks());
+    FileOptions options = options_for(folder);
+    options.verify = true;
+    mux::Muxer muxer(options, {});
+    cli::OutputFile output(options.output, false);
+    report.emplace(muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); }));
+    output.commit();
+    report->verdict = muxer.verify(InputFile(options.output));
+    name = folder.path("in");
+  }
+  REQUIRE(!fs::exists(name));
+  const mux::Report copy = *report;
+  report.reset();
+  CHECK(copy.frames == 5);
+  CHECK(copy.videos[0].cameras.size() == 3);
+  CHECK(copy.verdict->meshes == 5);
+  const nlohmann::ordered_json json = json_of(copy);
+  CHECK(json["frames"] == copy.frames);
+  CHECK(json["bytes"] == copy.bytes);
+  CHECK(json["verified"]["meshes"] == 5);
+  CHECK(text_of(copy).find("out.fvv: " + std::to_string(copy.bytes) + " bytes, 5 frames") == 0);
 }

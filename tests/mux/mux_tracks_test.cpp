@@ -4,7 +4,7 @@
 #include "fvv_mux/option_texts.h"
 
 #include "fvv_cxx/parallel.h"
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "fvvdemux/demux.h"
 #include "mux/src/layout.h"
 #include "mux/src/pictures.h"
@@ -95,11 +95,11 @@ TEST_CASE("cameras that one frame cannot hold are spread over tracks, and come b
   const Folder folder;
   FileOptions options = spread(folder);
   options.verify = true;
-  const mux::Summary summary = mux_file(options);
-  CHECK(cameras_of(summary.plan) == std::vector<std::vector<size_t>>{{0, 1, 2}, {3, 4}});
-  for (const mux::VideoTrack &track : summary.plan.tracks)
-    CHECK(track.tiling.width * track.tiling.height <= options.frame_limit->pixels);
-  CHECK(!summary.plan.warned);
+  const mux::Report summary = mux_file(options);
+  CHECK(cameras_of(mux::make_plan(options, {})) == std::vector<std::vector<size_t>>{{0, 1, 2}, {3, 4}});
+  for (const mux::VideoTrackReport &track : summary.videos)
+    CHECK(track.width * track.height <= options.frame_limit->pixels);
+  CHECK(!summary.warned);
   Stream stream(options.output);
   REQUIRE(stream.configuration().video_count == 2);
   CHECK(stream.configuration().videos[0].track == 2);
@@ -140,10 +140,10 @@ TEST_CASE("crops are spread the same way, each group with a layout of every trac
   options.background = mux::Background::flat;
   options.frame_limit->pixels = 3 * 48 * 48;
   options.verify = true;
-  const mux::Summary summary = mux_file(options);
-  CHECK(summary.plan.tracks.size() == 2);
-  CHECK(summary.layouts == 2); // groups, not layouts of tracks
-  CHECK(summary.verdict->videos[1].luma.psnr() > 35);
+  const mux::Report summary = mux_file(options);
+  CHECK(summary.videos.size() == 2);
+  CHECK(summary.crop.layouts == 2); // groups, not layouts of tracks
+  CHECK(summary.verdict->videos[1].psnr() > 35);
   // The same bytes for any number of threads.
   const std::string two = read_bytes(options.output);
   for (const uint32_t threads : {1u, 5u}) {
@@ -157,9 +157,9 @@ TEST_CASE("a camera that exceeds the limit alone has a track of its own, and a w
   const Folder folder;
   FileOptions options = spread(folder);
   options.frame_limit->pixels = 64 * 48 - 1;
-  const mux::Summary summary = mux_file(options);
-  CHECK(summary.plan.tracks.size() == 5);
-  CHECK(summary.plan.warned);
+  const mux::Report summary = mux_file(options);
+  CHECK(summary.videos.size() == 5);
+  CHECK(summary.warned);
 }
 
 TEST_CASE("neighbours share a track, on request") {
@@ -178,8 +178,8 @@ TEST_CASE("neighbours share a track, on request") {
   CHECK(sets("4") == Sets{{0, 4}, {1}, {2}, {3}});
   CHECK(sets("2") == Sets{{0, 1, 4}, {2, 3}});
   options.verify = true;
-  const mux::Summary summary = mux_file(options);
-  CHECK(!summary.plan.warned);
+  const mux::Report summary = mux_file(options);
+  CHECK(!summary.warned);
   CHECK(summary.verdict->videos[1].pictures == 5);
   CHECK(text_of(summary).find("in 2 video tracks (--video-tracks)") != std::string::npos);
   const nlohmann::ordered_json json = json_of(summary);
@@ -201,13 +201,11 @@ TEST_CASE("tracks share a bit rate by their pixels") {
   const Folder folder;
   FileOptions options = spread(folder);
   options.bit_rate = 1000000;
-  const mux::Summary summary = mux_file(options);
-  REQUIRE(summary.plan.tracks.size() == 2);
-  const auto rate = [&](size_t k) { return double(summary.plan.tracks[k].choice.settings.bit_rate); };
+  const mux::Report summary = mux_file(options);
+  REQUIRE(summary.videos.size() == 2);
+  const auto rate = [&](size_t k) { return double(summary.videos[k].target_rate); };
   CHECK(rate(0) + rate(1) == Approx(1e6).margin(2));
-  const auto pixels = [&](size_t k) {
-    return double(summary.plan.tracks[k].tiling.width) * summary.plan.tracks[k].tiling.height;
-  };
+  const auto pixels = [&](size_t k) { return double(summary.videos[k].width) * summary.videos[k].height; };
   CHECK(rate(0) / rate(1) == Approx(pixels(0) / pixels(1)).epsilon(0.001));
 }
 

@@ -242,16 +242,16 @@ TEST_CASE("a stream with --undistort holds cameras without lens, and verifies") 
   options.undistort = options.verify = true;
   options.crop = mux::Crop::automatic; // by masks of cameras without lens
   options.background = mux::Background::flat;
-  const mux::Summary summary = mux_file(options);
+  const mux::Report summary = mux_file(options);
   REQUIRE(summary.verdict);
-  CHECK(summary.plan.undistortion->report().size() == 2);
+  CHECK(summary.undistorted->size() == 2);
   const std::string one = read_bytes(options.output);
   options.threads = 1;
   mux_file(options);
   CHECK(read_bytes(options.output) == one);
-  for (const scene::Camera &camera : summary.plan.capture.cameras)
-    CHECK(camera.calibration.lens == FVV_LENS_NONE);
+  const mux::Plan plan = mux::make_plan(options, {});
+  for (const scene::Camera &camera : plan.capture.cameras) CHECK(camera.calibration.lens == FVV_LENS_NONE);
   // Without the option they stay as shot.
   options.undistort = false;
-  CHECK(mux_file(options).plan.capture.cameras[0].calibration.lens == FVV_LENS_RADTAN);
+  CHECK(mux::make_plan(options, {}).capture.cameras[0].calibration.lens == FVV_LENS_RADTAN);
 }

@@ -33,7 +33,7 @@ struct Scene {
   }
   scene::VideoSource &video(size_t k) { return *capture.cameras[k].pictures->video; }
   // Writes capture.json, packs, and returns which picture each frame shows at a corner of each camera's tile.
-  std::vector<std::vector<int>> numbers(mux::Summary &summary, uint32_t x, uint32_t y, unsigned threads = 2) {
+  std::vector<std::vector<int>> numbers(mux::Report &summary, uint32_t x, uint32_t y, unsigned threads = 2) {
     scene::write_capture(capture, capture.path);
     FileOptions options = options_for(folder);
     options.quality = {false, 4};
@@ -60,15 +60,15 @@ TEST_CASE("every frame gets its own picture of a video with B-frames, with any n
   clip.b_frames = 3;
   Scene scene(clip);
   scene.video(1).start = {1, 3};
-  mux::Summary summary;
+  mux::Report summary;
   const auto numbers = scene.numbers(summary, 60, 44);
   REQUIRE(numbers.size() == 20);
   for (int i = 0; i < 20; i++) CHECK(numbers[size_t(i)] == std::vector<int>{i, i + 10});
   const std::string bytes = read_bytes(scene.folder.path("out.fvv"));
   scene.numbers(summary, 60, 44, 5);
   CHECK(read_bytes(scene.folder.path("out.fvv")) == bytes);
-  REQUIRE(summary.plan.sources.size() == 2);
-  const scene::VideoReport &report = summary.plan.sources[1];
+  REQUIRE(summary.sources.size() == 2);
+  const mux::SourceReport &report = summary.sources[1];
   CHECK((report.met == 20 && report.unmet.empty() && report.used_again == 0 && report.constant_rate));
   CHECK((report.before == 10 && report.between == 0 && report.behind == 10));
   CHECK(std::fabs(report.largest_offset) < 1e-9);
@@ -80,16 +80,16 @@ TEST_CASE("dropped pictures and offsets are reported with the frames that they c
   for (int i = 0; i < 20; i++)
     if (i < 5 || i > 7) clip.times.push_back(i * 3000 + (i ? 90 : 0));
   Scene scene(clip);
-  mux::Summary summary;
+  mux::Report summary;
   const auto numbers = scene.numbers(summary, 60, 44);
   const std::vector<int> expected = {0, 1, 2, 3, 4, 4, 4, 5, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
   for (size_t i = 0; i < 20; i++) CHECK(numbers[i][0] == expected[i]);
-  const scene::VideoReport &report = summary.plan.sources[0];
+  const mux::SourceReport &report = summary.sources[0];
   CHECK((report.pictures == 17 && report.met == 17 && !report.constant_rate && report.used_again == 3));
   CHECK(report.unmet_text == "125 to 135");
   CHECK(std::fabs(report.largest_offset - 0.001) < 1e-9);
   CHECK(std::fabs(report.mean_offset - 0.016 / 17) < 1e-9);
-  CHECK(summary.plan.warned);
+  CHECK(summary.warned);
   const ToolResult run =
       run_tool({scene.capture.path, "-o", scene.folder.path("x.fvv"), "--quality", "30", "--json"});
   CHECK(run.exit == 3);
@@ -104,13 +104,13 @@ TEST_CASE("offsets that are all alike suggest a start") {
   clip.times = steady(40, 3000);
   Scene scene(clip);
   scene.video(0).start = {1, 100};
-  mux::Summary summary;
+  mux::Report summary;
   scene.numbers(summary, 60, 44);
-  const scene::VideoReport &report = summary.plan.sources[0];
+  const mux::SourceReport &report = summary.sources[0];
   REQUIRE(report.better_start);
   CHECK((report.better_start->numerator == 0 && report.better_start->denominator == 1));
   CHECK(std::fabs(report.mean_offset + 0.01) < 1e-9);
-  CHECK(!summary.plan.sources[1].better_start);
+  CHECK(!summary.sources[1].better_start);
 }
 
 TEST_CASE("pictures that were cut are put in their place in the calibrated picture") {
@@ -124,7 +124,7 @@ TEST_CASE("pictures that were cut are put in their place in the calibrated pictu
   CHECK(refused.err.find("is 64 x 48, the camera is 72 x 40 (cut or padded? state \"place\": [x, y]") !=
         refused.err.npos);
   scene.capture.cameras[1].pictures->place = scene::Placement{8, -4};
-  mux::Summary summary;
+  mux::Report summary;
   // The bright quarter, 32 x 24, begins 8 columns further to the right and lost its first 4 rows.
   CHECK(scene.numbers(summary, 14, 22)[7] == std::vector<int>{13, 7});
   CHECK(scene.numbers(summary, 38, 10)[7][1] == 13);
@@ -139,7 +139,7 @@ TEST_CASE("pictures are turned by the video's matrix, unless the capture overrid
   clip.display_rotation = 90;
   Scene scene(clip, "a.mp4", {{48, 64}, {64, 48}});
   scene.capture.cameras[1].pictures->rotate = 180;
-  mux::Summary summary;
+  mux::Report summary;
   // Turned by 90 the bright quarter is at the top right, by 180 at the bottom right.
   CHECK(scene.numbers(summary, 4, 4)[7] == std::vector<int>{7, 7});
   CHECK(scene.numbers(summary, 44, 4)[7][0] == 13); // 7 and bright

@@ -4,7 +4,7 @@
 #include "fvv_mux/option_texts.h"
 #include "mux/src/visibility.h"
 
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "mux/src/stream_writer.h"
 
 namespace {
@@ -57,8 +57,8 @@ TEST_CASE("weights say who is hidden, and are what was read back") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);
   options.verify = true;
-  const mux::Summary summary = mux_file(options);
-  CHECK(summary.plan.visibility.on);
+  const mux::Report summary = mux_file(options);
+  CHECK(summary.visibility_choice.sent);
   CHECK(summary.visibility.frames == 5);
   // Groups of 2: the frames after the first have its faces.
   CHECK(summary.visibility.keys == 3);
@@ -78,9 +78,10 @@ TEST_CASE("a weight that is not what a camera sees is found") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);
   options.verify = true;
-  mux::Summary summary = mux_file(options);
-  summary.plan.visibility.threshold = 0;
-  CHECK_THROWS_AS(mux::verify(summary.plan, summary.origins, InputFile(options.output)), fvv::Error);
+  Encoded encoded = encode_file(options);
+  CHECK_NOTHROW(encoded.verify(options.output));
+  encoded.plan.visibility.threshold = 0;
+  CHECK_THROWS_AS(encoded.verify(options.output), fvv::Error);
 }
 
 TEST_CASE("visibility is the same for any number of threads") {
@@ -105,14 +106,14 @@ TEST_CASE("visibility that does not pay is left out, and the reason is reported"
   FileOptions options = balls_on_disk(folder);
   options.visibility = Visibility::automatic;
   const auto reason = [&] {
-    const mux::Summary summary = mux_file(options);
+    const mux::Report summary = mux_file(options);
     CHECK(summary.visibility.frames == 0);
     CHECK(summary.visibility.bytes == 0);
     CHECK(json_of(summary)["visibility"]["sent"] == false);
     Stream stream(options.output);
     for (size_t i = 0; i < stream.configuration().track_count; i++)
       CHECK(stream.configuration().tracks[i].kind != FVV_TRACK_VISIBILITY);
-    return summary.plan.visibility.reason;
+    return summary.visibility_choice.reason;
   };
   options.quality = {false, 51};
   CHECK(reason().find("more than 10 %") != std::string::npos);
@@ -162,8 +163,8 @@ TEST_CASE("a camera that is too far away for the lattice has no weights, and is 
   scene::write_capture(capture, capture.path);
   options.step = mux::Length{0.001, true};
   options.verify = true;
-  const mux::Summary summary = mux_file(options);
-  CHECK(summary.plan.visibility.cameras.size() == 3);
+  const mux::Report summary = mux_file(options);
+  CHECK(mux::make_plan(options, {}).visibility.cameras.size() == 3);
   CHECK(json_of(summary)["visibility"]["cameras"] == 2);
   CHECK(text_of(summary).find("bits a vertex and camera, 2 cameras") != std::string::npos);
   CHECK(summary.verdict->visible == 5);
@@ -214,8 +215,8 @@ TEST_CASE("colours of vertices are those of the pictures, the same for any numbe
   std::string first;
   for (const uint32_t threads : {1u, 3u}) {
     options.threads = threads;
-    const mux::Summary summary = mux_file(options);
-    CHECK(summary.plan.colours.on);
+    const mux::Report summary = mux_file(options);
+    CHECK(summary.colours_choice.sent);
     // Groups of 2: a key mesh each.
     CHECK(summary.colours.track.chunks == 3);
     CHECK(summary.colours.psnr() > 25);
@@ -244,8 +245,8 @@ TEST_CASE("colours have the time of their mesh after a frame that is left out") 
   FileOptions options = balls_on_disk(folder);
   write_bytes(scene::load_capture(scene::description_file(options.capture)).mesh_path(1), "ply", 3);
   options.skip_bad_frames = options.verify = true;
-  const mux::Summary summary = mux_file(options);
-  CHECK(summary.plan.bad.size() == 1);
+  const mux::Report summary = mux_file(options);
+  CHECK(summary.left_out.size() == 1);
   CHECK(summary.colours.track.chunks == 3);
 }
 
@@ -253,15 +254,15 @@ TEST_CASE("whether colours of vertices are sent") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);
   const auto sent = [&] {
-    const mux::Summary summary = mux_file(options);
-    CHECK(summary.plan.colours.on == (summary.colours.track.chunks > 0));
-    CHECK(json_of(summary)["colours"]["sent"] == summary.plan.colours.on);
+    const mux::Report summary = mux_file(options);
+    CHECK(summary.colours_choice.sent == (summary.colours.track.chunks > 0));
+    CHECK(json_of(summary)["colours"]["sent"] == summary.colours_choice.sent);
     Stream stream(options.output);
     size_t tracks = 0;
     for (size_t i = 0; i < stream.configuration().track_count; i++)
       tracks += stream.configuration().tracks[i].kind == FVV_TRACK_COLOURS;
-    CHECK(tracks == size_t(summary.plan.colours.on));
-    return summary.plan.colours.on;
+    CHECK(tracks == size_t(summary.colours_choice.sent));
+    return summary.colours_choice.sent;
   };
   CHECK(sent());
   // Without weights rays decide.

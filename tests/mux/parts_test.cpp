@@ -10,8 +10,8 @@ TEST_CASE("a plan that was saved is saved again with the same bytes") {
   mux::PlanData data;
   data.capture = read_bytes(capture.path);
   data.warnings = {"one", "two\n\xff"};
-  data.nominal.rates[7] = 1e300;
-  data.nominal.sizes[3] = -0.0;
+  data.decisions.nominal.rates[7] = 1e300;
+  data.decisions.nominal.sizes[3] = -0.0;
   FileOptions options = options_for(folder);
   std::vector<std::string> all;
   const auto check = [&] {
@@ -24,7 +24,7 @@ TEST_CASE("a plan that was saved is saved again with the same bytes") {
     CHECK(loaded.warnings == data.warnings);
     CHECK(std::isinf(loaded.plan.lattice.pixels));
     CHECK(loaded.plan.error.nearest.distance == 0.1);
-    CHECK(std::signbit(loaded.nominal.sizes.at(3)));
+    CHECK(std::signbit(loaded.decisions.nominal.sizes.at(3)));
     CHECK(loaded.plan.groups.size() == data.plan.groups.size());
     CHECK(loaded.plan.capture.cameras.size() == data.plan.capture.cameras.size());
     all.push_back(bytes);

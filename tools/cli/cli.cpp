@@ -5,11 +5,13 @@
 #include <fcntl.h>
 #include <pthread.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
+#include <string_view>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -53,6 +55,14 @@ void handle(int signal) {
   sigaction(signal, &action, nullptr);
 }
 
+// A message has a line for each problem.
+void print_lines(const char *tool, std::string_view text) {
+  for (size_t end; !text.empty(); text.remove_prefix(std::min(text.size(), end + 1))) {
+    end = std::min(text.find('\n'), text.size());
+    std::fprintf(stderr, "%s: %.*s\n", tool, int(end), text.data());
+  }
+}
+
 } // namespace
 
 Exit worse(Exit a, Exit b) {
@@ -81,12 +91,12 @@ int run(const char *tool, const std::function<Exit()> &body) {
     if (std::fflush(stdout) != 0) throw Error("standard output: cannot write");
     return exit;
   } catch (const Error &error) {
-    std::fprintf(stderr, "%s: %s\n", tool, error.what());
+    print_lines(tool, error.what());
     return error.kind == Error::usage ? usage : failed;
   } catch (const std::bad_alloc &) {
     std::fprintf(stderr, "%s: out of memory\n", tool);
   } catch (const std::exception &exception) {
-    std::fprintf(stderr, "%s: %s\n", tool, exception.what());
+    print_lines(tool, exception.what());
   }
   return failed;
 }

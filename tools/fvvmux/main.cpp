@@ -3,14 +3,15 @@
 #include "cli/help.h"
 #include "cli/output.h"
 #include "fvv_mux/option_texts.h"
+#include "fvv_mux/report.h"
 #include "fvv_mux/segments.h"
-#include "fvv_mux/summary.h"
 #include "fvv_scene/inputs.h"
 #include "fvvmux/parts.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <unistd.h>
 
@@ -401,10 +402,10 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
   };
   mux::Muxer muxer(options, observer);
   progress.emplace("fvvmux: " + outputs.stream, muxer.frame_count());
-  mux::Summary summary = muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); });
+  mux::Report report = muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); });
   if (options.verify) {
-    progress.emplace("fvvmux: verifying " + outputs.stream, summary.plan.frame_count());
-    mux::verify(summary, InputFile(output.written(), outputs.stream));
+    progress.emplace("fvvmux: verifying " + outputs.stream, report.frames);
+    report.verdict = muxer.verify(InputFile(output.written(), outputs.stream));
   }
   progress.reset();
   std::optional<WrittenSegments> segments;
@@ -416,14 +417,14 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
   }
   cli::commit(all);
   if (as_json) {
-    nlohmann::ordered_json json = mux::summary_json(summary, outputs.stream);
+    nlohmann::ordered_json json = nlohmann::ordered_json::parse(mux::report_json(report, outputs.stream));
     if (segments) json["segments"] = segments->json();
     std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   } else if (!piped || isatty(STDERR_FILENO)) {
-    const std::string text = mux::summary_text(summary, outputs.stream) + (segments ? segments->text() : "");
+    const std::string text = mux::report_text(report, outputs.stream) + (segments ? segments->text() : "");
     std::fputs(text.c_str(), piped ? stderr : stdout);
   }
-  return summary.plan.warned ? cli::loss : cli::done;
+  return report.warned ? cli::loss : cli::done;
 }
 
 } // namespace

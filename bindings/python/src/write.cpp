@@ -143,8 +143,8 @@ private:
   int64_t looked = 0; // by it
 };
 
-py::object parsed(const nlohmann::ordered_json &json) {
-  return py::module_::import("json").attr("loads")(json.dump());
+py::object parsed(const std::string &json) {
+  return py::module_::import("json").attr("loads")(json);
 }
 
 // ---- captures ------------------------------------------------------------------------------------------
@@ -195,22 +195,22 @@ public:
   size_t frame_count() const { return muxer->frame_count(); }
 
   void run() {
-    guarded([&] { summary.emplace(muxer->run(calls.bytes())); });
+    guarded([&] { report.emplace(muxer->run(calls.bytes())); });
   }
 
   // The stream, which is in a file now, against the capture.
   void verify(const std::string &path) {
-    guarded([&] { mux::verify(*summary, InputFile(path)); });
+    guarded([&] { report->verdict = muxer->verify(InputFile(path)); });
   }
 
-  py::object result(const std::string &output) const { return parsed(mux::summary_json(*summary, output)); }
+  py::object result(const std::string &output) const { return parsed(mux::report_json(*report, output)); }
 
 private:
   template <class Work> void guarded(const Work &work) { calls.guard(FVV_ERROR_DAMAGED, work); }
 
   Calls calls;
   std::optional<mux::Muxer> muxer;
-  std::optional<mux::Summary> summary;
+  std::optional<mux::Report> report;
 };
 
 // Cuts a stream into files; write_file(name, chunks) is called for each of them with its bytes.
@@ -330,9 +330,9 @@ public:
 
   py::object finish(const std::string &output) {
     failed = true;
-    std::optional<mux::Summary> summary;
-    guarded([&] { summary.emplace(encoder->finish()); });
-    const py::object out = parsed(mux::summary_json(*summary, output));
+    std::optional<mux::Report> report;
+    guarded([&] { report.emplace(encoder->finish()); });
+    const py::object out = parsed(mux::report_json(*report, output));
     close();
     return out;
   }

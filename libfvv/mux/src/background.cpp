@@ -3,9 +3,9 @@
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_media/image.h"
-#include "fvv_mux/plan.h"
 #include "mux/src/background.h"
 #include "mux/src/meshes.h"
+#include "mux/src/plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -254,30 +254,6 @@ FittedPicture fit_picture(const std::string &file, const std::string &name) {
   out.file.assign(bytes.begin(), bytes.end());
   out.scaled = true;
   return out;
-}
-
-std::string background_text(const PackedBackground &b) {
-  char text[200];
-  std::snprintf(text, sizeof text, "%zu parts, %llu triangles, %.2f kB; %zu pictures, %.2f kB; %zu lights",
-                b.parts, (unsigned long long)b.faces, double(b.mesh_bytes) / 1000, b.pictures,
-                double(b.picture_bytes) / 1000, b.lights);
-  return text;
-}
-
-nlohmann::ordered_json background_json(const PackedBackground &b, uint64_t chunks) {
-  const double *origin = b.lattice.origin;
-  return {{"chunks", chunks},
-          {"bytes", b.payload.size()},
-          {"parts", b.parts},
-          {"vertices", b.vertices},
-          {"triangles", b.faces},
-          {"mesh_bytes", b.mesh_bytes},
-          {"pictures", b.pictures},
-          {"picture_bytes", b.picture_bytes},
-          {"lights", b.lights},
-          {"lattice",
-           {{"origin", {origin[0], origin[1], origin[2]}}, {"step", b.lattice.step}, {"reason", b.reason}}},
-          {"max_axis_error", b.max_error}};
 }
 
 std::shared_ptr<const PackedBackground> pack_background(const scene::Capture &capture) {

@@ -5,7 +5,8 @@
 #include "fvv_scene/environment.h"
 
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 namespace fvv::mux {
 
@@ -29,10 +30,6 @@ struct FittedPicture {
 };
 // name: of the file, for messages. Throws Error if it is not a picture.
 FittedPicture fit_picture(const std::string &file, const std::string &name);
-
-// For people, and for --json.
-std::string background_text(const PackedBackground &background);
-nlohmann::ordered_json background_json(const PackedBackground &background, uint64_t chunks);
 
 // The environment must be there. Throws Error.
 std::shared_ptr<const PackedBackground> pack_background(const scene::Capture &capture);

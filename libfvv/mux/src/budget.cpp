@@ -3,7 +3,7 @@
 #include "fvv_geometry/pieces.h"
 #include "mux/src/choices.h"
 #include "mux/src/meshes.h"
-#include "mux/src/summary_terms.h"
+#include "mux/src/terms.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,12 +8,12 @@
 #include "fvv_cxx/parallel.h"
 #include "fvv_geometry/outline.h"
 #include "fvv_media/colour.h"
-#include "fvv_mux/plan.h"
 #include "fvv_render/vector.h"
 #include "mux/src/crop.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
-#include "mux/src/summary_terms.h"
+#include "mux/src/plan.h"
+#include "mux/src/terms.h"
 #include "mux/src/visibility.h"
 
 #include <algorithm>
@@ -224,25 +224,19 @@ bool warn_of_winding(const Plan &plan) {
   const WindingChoice &choice = plan.winding;
   if (choice.in_stream() <= inside_out || plan.options.winding == Winding::keep) return false;
   plan.observer.warn(
-      plan.capture.path + ": " + (choice.flip ? "with --winding flip " : "") + winding_text(choice) +
-      ": the faces are inside out" + (choice.by_cameras ? ", and players find no colours for them" : "") +
+      plan.capture.path + ": " + (choice.flip ? "with --winding flip " : "") +
+      winding_text(choice.in_stream(), choice.by_cameras) + ": the faces are inside out" +
+      (choice.by_cameras ? ", and players find no colours for them" : "") +
       (choice.flip ? "" : " (--winding flip turns them round, keep keeps them without this warning)"));
   return true;
 }
 
-std::string winding_text(const WindingChoice &choice) {
-  const double percent = 100 * choice.in_stream();
-  return choice.by_cameras
-             ? fvv::format("%.3g %% of the surface nearest to the cameras has its back to them", percent)
-             : fvv::format("%.3g %% of the sampled meshes enclose a negative volume", percent);
+std::string winding_text(double turned_away, bool by_cameras) {
+  return by_cameras
+             ? fvv::format("%.3g %% of the surface nearest to the cameras has its back to them",
+                           100 * turned_away)
+             : fvv::format("%.3g %% of the sampled meshes enclose a negative volume", 100 * turned_away);
 }
-
-namespace {
-
-// Of the pictures' bytes. A player without bits loses no picture, only time for depth maps.
-constexpr double most_fraction = 0.1;
-
-} // namespace
 
 std::optional<fvv_texturing> texturing_of(const Plan &plan) {
   const Options &options = plan.options;
@@ -299,17 +293,6 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
     choice.reason = !automatic ? "--visibility" : given ? "it comes with the frames" : "";
   }
   return choice;
-}
-
-void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictures) {
-  if (!choice.open) return;
-  choice.open = false;
-  choice.on = double(bytes) <= most_fraction * double(pictures);
-  char text[160];
-  std::snprintf(text, sizeof text, "%.2g %% of the pictures' bytes in the first group, %s %g %%",
-                pictures ? 100 * double(bytes) / double(pictures) : 100.0,
-                choice.on ? "at most" : "more than", 100 * most_fraction);
-  choice.reason = text;
 }
 
 namespace {
@@ -571,31 +554,6 @@ InsetChoice choose_inset(const Plan &plan, bool encoded) {
                         "improves %zu of %zu",
                         found.before, found.after, found.better, found.views);
   return choice;
-}
-
-void ColourSums::add(const ColourFrame &frame) {
-  if (frame.payload.empty()) return;
-  track.add(frame.payload.size());
-  cells += frame.cells;
-  shown += frame.shown;
-  vertices += frame.vertices;
-  squares += frame.squares;
-}
-
-double ColourSums::psnr() const {
-  return squares > 0 ? 10 * std::log10(255 * 255 * 3 * double(shown) / squares) : INFINITY;
-}
-
-void VisibilitySums::add(const VisibilityFrame &frame) {
-  if (frame.payload.empty()) return;
-  const uint64_t size = frame.payload.size();
-  frames++;
-  keys += frame.key;
-  bytes += size;
-  smallest = std::min(smallest, size);
-  largest = std::max(largest, size);
-  pairs += uint64_t(frame.vertices) * frame.cameras.size();
-  cameras.insert(frame.cameras.begin(), frame.cameras.end());
 }
 
 } // namespace fvv::mux

@@ -2,7 +2,7 @@
 // that follow from it (budget.cpp, docs/encoding/budget.md); normals, winding, visibility (choices.cpp).
 #pragma once
 
-#include "fvv_mux/plan.h"
+#include "mux/src/plan.h"
 
 #include <set>
 
@@ -60,8 +60,8 @@ NormalChoice choose_normals(const Options &options, const scene::Capture &captur
 // By the first, the middle and the last frame. capture as in the plan, its faces as in the files.
 WindingChoice choose_winding(const Options &options, const scene::Capture &capture);
 
-// The winding of the stream's faces, for people.
-std::string winding_text(const WindingChoice &choice);
+// The winding of the stream's faces, for people. turned_away: WindingChoice::in_stream().
+std::string winding_text(double turned_away, bool by_cameras);
 
 // Warns when faces are inside out in the stream; true if it did. The plan's winding is chosen.
 bool warn_of_winding(const Plan &plan);

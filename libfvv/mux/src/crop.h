@@ -1,7 +1,7 @@
 // Which part of each camera's picture shows the scene, group by group.
 #pragma once
 
-#include "fvv_mux/plan.h"
+#include "mux/src/plan.h"
 
 namespace fvv::mux {
 

@@ -3,10 +3,10 @@
 #include "fvv_cxx/format.h"
 #include "fvv_geometry/rect_pack.h"
 #include "fvv_media/frame.h"
-#include "fvv_mux/plan.h"
 #include "fvv_scene/capture.h"
 #include "mux/src/crop.h"
 #include "mux/src/pictures.h"
+#include "mux/src/plan.h"
 #include "mux/src/stream_writer.h"
 
 #include <algorithm>
@@ -603,7 +603,7 @@ std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole) {
          count++) // with one for each camera there is a result, or an exception
       layouts = lay_out_tracks(plan, all, balanced_runs(weights, count));
     for (Layout &layout : layouts) {
-      tracks.push_back({FVV_SHOWS_TILES, std::move(layout.tiling), {}, std::move(layout.groups)});
+      tracks.push_back({FVV_SHOWS_TILES, std::move(layout.tiling), std::move(layout.groups)});
       tracks.back().part = tracks.size() - 1;
     }
   }
@@ -656,7 +656,7 @@ std::vector<size_t> places_of(const Plan &plan, const std::vector<size_t> &camer
 }
 
 VideoTrack lower_track(Plan &plan, const VideoTrack &best, size_t rung) {
-  VideoTrack track = {best.shows, {}, {}, {}};
+  VideoTrack track = {best.shows, {}, {}};
   if (best.is_atlas()) {
     track.tiling = arrange_atlas(plan, rung);
   } else {

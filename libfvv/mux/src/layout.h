@@ -3,7 +3,7 @@
 #pragma once
 
 #include "fvv_mux/options.h"
-#include "fvv_mux/plan.h"
+#include "mux/src/plan.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "fvv/mesh.h"
-#include "fvv_mux/plan.h"
 #include "fvv_scene/capture.h"
 #include "mux/src/choices.h"
+#include "mux/src/plan.h"
 
 #include <map>
 #include <memory>

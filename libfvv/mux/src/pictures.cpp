@@ -429,9 +429,10 @@ int middle_quality(uint32_t codec) {
 }
 
 template <class SampleType>
-VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &room) {
+VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDecision *best,
+                      EncoderRoom &room) {
   const Options &options = plan.options;
-  VideoChoice choice;
+  VideoDecision choice;
   choice.settings = {options.codec,
                      track.tiling.width,
                      track.tiling.height,
@@ -445,13 +446,12 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &ro
   media::EncodedGroup encoded;
   try {
     if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
-    const VideoChoice &best = plan.tracks[track.best].choice;
-    const double first = options.quality.is_psnr || !track.rung ? options.quality.value : best.sample_psnr;
+    const double first = options.quality.is_psnr || !best ? options.quality.value : best->sample_psnr;
     const double target = std::max(first + rung_loss * std::log2(plan.rung_scale(track.rung)),
                                    std::min(first, least_rung_psnr));
-    if (track.rung && !options.bit_rate) choice.settings.quality = best.settings.quality;
+    if (best && !options.bit_rate) choice.settings.quality = best->settings.quality;
     // What is lossless stays so at every size.
-    const bool search = !options.bit_rate && (track.rung ? std::isfinite(first) : options.quality.is_psnr);
+    const bool search = !options.bit_rate && (best ? std::isfinite(first) : options.quality.is_psnr);
     media::MeasuredGroup measured = search
                                         ? media::choose_quality(choice.settings, sample.source(room), target)
                                         : media::encode_measured(choice.settings, sample.source(room));
@@ -468,20 +468,20 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &ro
     throw Error(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
                 std::to_string(sample.count) + " frames: " + error.what());
   }
-  choice.frames = std::make_shared<SampleFrames>();
+  auto frames = std::make_shared<SampleFrames>();
   // A rate is searched again from the quality found here, with perhaps another result; stills are encoded one
   // by one.
   if (!options.bit_rate && !media::find_video_codec(options.codec)->is_stills() && sample.whole_group)
-    choice.frames->keep_encoded(sample.first, std::move(encoded));
+    frames->keep_encoded(sample.first, std::move(encoded));
   else
-    sample.keep_images(*choice.frames);
-  return choice;
+    sample.keep_images(*frames);
+  return {std::move(choice), std::move(frames)};
 }
 
 template <class Sample>
-media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t first, size_t count,
-                              EncoderRoom &room) {
-  const std::shared_ptr<SampleFrames> known = track.choice.frames;
+media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, const VideoChoice &choice,
+                              size_t first, size_t count, EncoderRoom &room) {
+  const std::shared_ptr<SampleFrames> known = choice.frames;
   if (known)
     if (std::optional<media::EncodedGroup> encoded = known->take_encoded(first, count)) return *encoded;
   struct Loaded {
@@ -513,7 +513,7 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t 
   const media::GroupSource<Sample> frames = {count, take,
                                              [&room](uint64_t bytes) { return room.reserve(bytes); }};
   try {
-    return media::encode_group(track.choice.settings, frames);
+    return media::encode_group(choice.decision.settings, frames);
   } catch (const Error &error) {
     if (failed) throw;
     const scene::Frames &numbers = plan.capture.frames;
@@ -522,26 +522,50 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t 
   }
 }
 
-} // namespace
-
-VideoChoice choose_video(const Plan &plan, const VideoTrack &track, EncoderRoom &room) {
-  if (track.encoded) return track.choice;
-  return media::with_sample_type(plan.options.codec, plan.options.bit_depth,
-                                 [&](auto sample) { return choose_as<decltype(sample)>(plan, track, room); });
+// By the record; that of stills is empty.
+std::string codec_string_of(const EncodedTrack &track) {
+  if (media::find_video_codec(track.config.codec)->is_stills()) return "";
+  char text[FVV_CODEC_STRING_CAPACITY];
+  fvv_diagnostic diagnostic = {};
+  fvv::check(
+      fvv_video_codec_string(track.config.codec, track.record.data(), track.record.size(), text, &diagnostic),
+      "encoded track", diagnostic);
+  return text;
 }
 
-media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count,
-                                    EncoderRoom &room) {
+VideoDecision decision_of(const EncodedTrack &track) {
+  VideoDecision out;
+  out.settings.codec = track.config.codec;
+  out.settings.width = track.config.width;
+  out.settings.height = track.config.height;
+  out.settings.bit_depth = track.config.bit_depth;
+  out.record = track.record;
+  out.codec_string = codec_string_of(track);
+  return out;
+}
+
+} // namespace
+
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track, const VideoDecision *best,
+                         EncoderRoom &room) {
+  if (track.encoded) return {decision_of(*track.encoded), nullptr};
+  return media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
+    return choose_as<decltype(sample)>(plan, track, best, room);
+  });
+}
+
+media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, const VideoChoice &choice,
+                                    size_t first, size_t count, EncoderRoom &room) {
   if (track.encoded) {
     media::EncodedGroup group;
     for (size_t i = first; i < first + count; i++)
       group.samples.push_back(
           plan.capture.memory->sample(plan.capture.frames.number(int64_t(i)), track.sample));
-    group.record = track.choice.record;
+    group.record = choice.decision.record;
     return group;
   }
   return media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
-    return encode_as<decltype(sample)>(plan, track, first, count, room);
+    return encode_as<decltype(sample)>(plan, track, choice, first, count, room);
   });
 }
 

@@ -2,7 +2,8 @@
 // thread.
 #pragma once
 
-#include "fvv_mux/plan.h"
+#include "mux/src/decisions.h"
+#include "mux/src/plan.h"
 
 #include <condition_variable>
 #include <functional>
@@ -98,11 +99,21 @@ private:
   std::vector<Group *> groups;
 };
 
-// Encodes a sample of a video track as often as it takes to find the quality, which may take long.
-VideoChoice choose_video(const Plan &plan, const VideoTrack &track, EncoderRoom &room);
+class SampleFrames; // pictures.cpp
+
+// The quality of a track, and what finding it has encoded already.
+struct VideoChoice {
+  VideoDecision decision;
+  std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once; may be NULL
+};
+
+// Encodes a sample of a video track as often as it takes to find the quality, which may take long. best: of
+// the track that shows the same at rung 0; NULL: this is one.
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track, const VideoDecision *best,
+                         EncoderRoom &room);
 
 // Encodes frames first ... first + count - 1 of a track as one group.
-media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count,
-                                    EncoderRoom &room);
+media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, const VideoChoice &choice,
+                                    size_t first, size_t count, EncoderRoom &room);
 
 } // namespace fvv::mux

@@ -173,11 +173,10 @@ bool look_at_files(Plan &plan, bool sub_range) {
   if (!findings.problems.empty()) {
     std::string lines;
     for (const std::string &problem : findings.problems)
-      lines += (lines.empty() ? "" : "\nfvvmux: ") + capture.path + ": " + problem;
-    if (findings.of_frames) lines += "\nfvvmux: " + capture.path + ": " + skip_advice;
+      lines += (lines.empty() ? "" : "\n") + capture.path + ": " + problem;
+    if (findings.of_frames) lines += "\n" + capture.path + ": " + skip_advice;
     if (findings.missing_meshes)
-      lines += "\nfvvmux: " + capture.path +
-               ": \"meshes\": {\"empty\": ...} says at which frames the stage is empty";
+      lines += "\n" + capture.path + ": \"meshes\": {\"empty\": ...} says at which frames the stage is empty";
     throw Error(lines);
   }
   std::vector<std::string> warnings = findings.warnings;
@@ -209,32 +208,15 @@ bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
   return true;
 }
 
-// By the record; that of stills is empty.
-std::string codec_string_of(const EncodedTrack &track) {
-  if (media::find_video_codec(track.config.codec)->is_stills()) return "";
-  char text[FVV_CODEC_STRING_CAPACITY];
-  fvv_diagnostic diagnostic = {};
-  fvv::check(
-      fvv_video_codec_string(track.config.codec, track.record.data(), track.record.size(), text, &diagnostic),
-      "encoded track", diagnostic);
-  return text;
-}
-
 // As many tracks as there are, with the cameras that their tiles name.
 std::vector<VideoTrack> encoded_tracks(const scene::Capture &capture,
                                        const std::vector<EncodedTrack> &encoded) {
   std::vector<VideoTrack> tracks;
   for (const EncodedTrack &one : encoded) {
-    VideoTrack track = {FVV_SHOWS_TILES, {{}, one.tiles, one.config.width, one.config.height}, {}, {}};
+    VideoTrack track = {FVV_SHOWS_TILES, {{}, one.tiles, one.config.width, one.config.height}, {}};
     for (const fvv_tile &tile : one.tiles)
       for (size_t i = 0; i < capture.cameras.size(); i++)
         if (capture.cameras[i].calibration.id == tile.camera_id) track.tiling.cameras.push_back(i);
-    track.choice.settings.codec = one.config.codec;
-    track.choice.settings.width = one.config.width;
-    track.choice.settings.height = one.config.height;
-    track.choice.settings.bit_depth = one.config.bit_depth;
-    track.choice.record = one.record;
-    track.choice.codec_string = codec_string_of(one);
     track.encoded = std::make_shared<const EncodedTrack>(one);
     track.sample = tracks.size();
     tracks.push_back(std::move(track));
@@ -313,7 +295,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.tracks.back().part = plan.tracks.size() - 1;
   }
   if (plan.capture.atlas) {
-    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan, 0), {}, {}});
+    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan, 0), {}});
     plan.warned = warn_of_atlas(plan, plan.tracks.back().tiling) || plan.warned;
     fvv_mesh_options defaults;
     fvv_mesh_options_default(&defaults);

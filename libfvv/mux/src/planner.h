@@ -1,7 +1,7 @@
 // A step of planning that is repeated for a plan that was saved.
 #pragma once
 
-#include "fvv_mux/plan.h"
+#include "mux/src/plan.h"
 
 namespace fvv::mux {
 

@@ -100,8 +100,8 @@ fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
   }
 }
 
-StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here, NominalRates known)
-    : plan(chosen), sink(out_of_here), nominal(std::move(known)), sound_bytes(chosen.sounds.size()),
+StreamWriter::StreamWriter(const Plan &chosen, const Decisions &decided, const Sink &out_of_here)
+    : plan(chosen), decisions(decided), sink(out_of_here), sound_bytes(chosen.sounds.size()),
       writer(nullptr, fvv_writer_destroy) {
   check_groups();
   if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
@@ -124,9 +124,9 @@ void StreamWriter::check_groups() const {
   };
   uint64_t frames = 0;
   for (const GroupSpan &group : plan.groups) frames = std::max<uint64_t>(frames, group.count);
-  const auto meshes = std::count_if(plan.meshes.begin(), plan.meshes.end(),
-                                    [](const MeshTrack &track) { return track.sent; });
-  const uint64_t in_a_frame = uint64_t(meshes) * (1 + plan.visibility.on + plan.colours.on) +
+  const auto meshes = std::count_if(decisions.meshes.begin(), decisions.meshes.end(),
+                                    [](const MeshDecision &track) { return track.sent; });
+  const uint64_t in_a_frame = uint64_t(meshes) * (1 + decisions.visibility.on + plan.colours.on) +
                               plan.tracks.size() + any_moves(plan.capture) + (plan.background != nullptr) +
                               plan.sounds.size();
   // Besides GRUP, and a layout for each track.
@@ -168,10 +168,14 @@ void StreamWriter::write_track(uint16_t id, uint8_t kind, const std::string &nam
 }
 
 uint32_t StreamWriter::rate_of(uint16_t id) const {
-  const auto rate = nominal.rates.find(id);
-  return rate == nominal.rates.end()
+  const auto rate = decisions.nominal.rates.find(id);
+  return rate == decisions.nominal.rates.end()
              ? 0
              : uint32_t(std::clamp(std::round(rate->second), 1.0, double(UINT32_MAX)));
+}
+
+bool StreamWriter::is_sent(const MeshTrack &track) const {
+  return decisions.meshes[size_t(&track - plan.meshes.data())].sent;
 }
 
 void StreamWriter::write_mesh_track(const MeshTrack &mesh, uint8_t kind) {
@@ -186,14 +190,14 @@ void StreamWriter::write_mesh_track(const MeshTrack &mesh, uint8_t kind) {
   track.name = name.data();
   track.name_size = name.size();
   track.bit_rate = rate_of(track.id);
-  if (plan.has_mesh_rungs()) {
+  if (decisions.has_mesh_rungs(plan)) {
     const auto videos = std::count_if(plan.tracks.begin(), plan.tracks.end(),
                                       [](const VideoTrack &video) { return !video.rung; });
     track.alternate_group = uint16_t(videos + (kind == FVV_TRACK_MESH         ? 1
                                                : kind == FVV_TRACK_VISIBILITY ? 2
                                                                               : 3));
     track.rank = uint16_t(mesh.rung);
-    if (const auto size = nominal.sizes.find(track.id); size != nominal.sizes.end())
+    if (const auto size = decisions.nominal.sizes.find(track.id); size != decisions.nominal.sizes.end())
       track.size = uint32_t(std::clamp(std::round(size->second), 1.0, double(UINT32_MAX)));
   }
   write_track(track);
@@ -223,15 +227,15 @@ void StreamWriter::write_configuration() {
   for (const VideoTrack *track : video_tracks())
     if (track->id < calibration_track) write_video_track(*track);
   if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
-  if (plan.visibility.on) write_mesh_track(plan.meshes[0], FVV_TRACK_VISIBILITY);
+  if (decisions.visibility.on) write_mesh_track(plan.meshes[0], FVV_TRACK_VISIBILITY);
   if (plan.background) write_track(background_track, FVV_TRACK_BACKGROUND, "environment");
   if (plan.colours.on) write_mesh_track(plan.meshes[0], FVV_TRACK_COLOURS);
   for (const VideoTrack *track : video_tracks())
     if (track->id > calibration_track) write_video_track(*track);
   for (const MeshTrack &track : plan.meshes) {
-    if (!track.sent || !track.rung) continue;
+    if (!is_sent(track) || !track.rung) continue;
     write_mesh_track(track, FVV_TRACK_MESH);
-    if (plan.visibility.on) write_mesh_track(track, FVV_TRACK_VISIBILITY);
+    if (decisions.visibility.on) write_mesh_track(track, FVV_TRACK_VISIBILITY);
     if (plan.colours.on) write_mesh_track(track, FVV_TRACK_COLOURS);
   }
   for (size_t i = 0; i < plan.sounds.size(); i++) write_sound_track(i);
@@ -275,9 +279,10 @@ void StreamWriter::write_video_track(const VideoTrack &track) {
 
 void StreamWriter::write_video(const VideoTrack &track) {
   media::EncodedGroup group;
-  group.record = track.choice.record;
-  group.codec_string = track.choice.codec_string;
-  fvv_video_config config = media::config_of(track.choice.settings, group);
+  const VideoDecision &video = decisions.videos[size_t(&track - plan.tracks.data())];
+  group.record = video.record;
+  group.codec_string = video.codec_string;
+  fvv_video_config config = media::config_of(video.settings, group);
   if (track.encoded) {
     const fvv_video_config &given = track.encoded->config;
     config.colour_primaries = given.colour_primaries;

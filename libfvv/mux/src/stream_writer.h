@@ -5,8 +5,9 @@
 #include "fvv/container.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "fvv_scene/capture.h"
+#include "mux/src/decisions.h"
 #include "mux/src/sound/sound.h"
 
 #include <map>
@@ -53,19 +54,11 @@ constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibratio
 // with visibility and colours.
 constexpr uint16_t last_track = colour_track;
 
-// For TRAK, by track identifier.
-struct NominalRates {
-  std::map<uint16_t, double> rates; // bits a second
-  std::map<uint16_t, double> sizes; // faces of a mesh
-};
-
 // Every function throws Error if writing fails.
 class StreamWriter {
 public:
-  // Writes file header and configuration. plan and sink are borrowed.
-  StreamWriter(const Plan &plan, const Sink &sink, NominalRates nominal = {});
-
-  const NominalRates &nominal_values() const { return nominal; }
+  // Writes file header and configuration. plan, decisions and sink are borrowed.
+  StreamWriter(const Plan &plan, const Decisions &decisions, const Sink &sink);
 
   // Before the first group: its number, as if the groups before it had been written.
   void join(size_t group);
@@ -109,14 +102,15 @@ private:
   void write_track(uint16_t id, uint8_t kind, const std::string &name, const VideoTrack *video = nullptr);
   // One of the tracks of a mesh track: each kind has an alternate group, if several rungs have meshes.
   void write_mesh_track(const MeshTrack &track, uint8_t kind);
+  bool is_sent(const MeshTrack &track) const;
   uint32_t rate_of(uint16_t id) const;
   void write_track(const fvv_track &track);
   void write_sound_track(size_t number);
   void write_sound(size_t number);
 
   const Plan &plan;
+  const Decisions &decisions;
   const Sink &sink;
-  const NominalRates nominal;
   std::exception_ptr failure; // of sink
   fvv_diagnostic diagnostic = {};
   std::optional<MovingCameras> moving;

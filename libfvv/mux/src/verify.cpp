@@ -5,7 +5,6 @@
 #include "fvv_cxx/input_file.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/parallel.h"
-#include "fvv_mux/verify.h"
 #include "mux/src/background.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
@@ -186,9 +185,10 @@ double reprojection(const fvv_camera &ours, const fvv_camera &theirs, double dis
 // Reads with a handle of its own, so that several may run at once.
 class Reader {
 public:
-  Reader(const Plan &chosen, const std::vector<std::vector<MeshOrigins>> &reported, const InputFile &source)
-      : plan(chosen), origins(reported), name(source.path()), stream(nullptr, fvv_stream_close),
-        file(nullptr, fvv_file_close) {
+  Reader(const Plan &chosen, const Decisions &decided, const std::vector<std::vector<MeshOrigins>> &reported,
+         const InputFile &source)
+      : plan(chosen), decisions(decided), origins(reported), name(source.path()),
+        stream(nullptr, fvv_stream_close), file(nullptr, fvv_file_close) {
     for (const MeshTrack &track : plan.meshes) visibility.emplace_back(plan, track, name);
     const fvv_input input = source.input();
     fvv_stream *opened = nullptr;
@@ -218,7 +218,7 @@ public:
     for (const VideoTrack &track : plan.tracks) verdict.videos.push_back(pictures(index, track));
     verdict.meshes.resize(plan.meshes.size());
     for (size_t track = 0; track < plan.meshes.size(); track++)
-      for (size_t i = 0; plan.meshes[track].sent && i < plan.frames_of(index); i++)
+      for (size_t i = 0; decisions.meshes[track].sent && i < plan.frames_of(index); i++)
         mesh(track, plan.first_of(index) + i, verdict.meshes[track]);
     for (size_t i = 0; i < plan.frames_of(index); i++) moving(plan.first_of(index) + i, verdict);
     const std::string wrong = verify_background(stream.get(), index, plan, name);
@@ -268,7 +268,7 @@ private:
     }
     verdict.meshes++;
     if (plan.colours.on) colours(of, frame, decoded.vertex_count);
-    if (!plan.visibility.on) return;
+    if (!decisions.visibility.on) return;
     const std::string wrong = visibility[track].frame(stream.get(), frame, decoded);
     if (!wrong.empty()) fail(frame, wrong);
     verdict.visible++;
@@ -329,6 +329,10 @@ private:
     expect(found, wanted.size(), "chunks of sound");
   }
 
+  const VideoDecision &decision_of(const VideoTrack &track) const {
+    return decisions.videos[size_t(&track - plan.tracks.data())];
+  }
+
   // Tiles are stored exactly.
   void layout(size_t index, const VideoTrack &track) {
     if (track.is_atlas()) return;
@@ -352,9 +356,9 @@ private:
     if (!video) throw Error(name + ": a video track has no configuration");
     if (video->config.shows != track.shows) throw Error(name + ": a video track shows something else");
     layout(index, track);
-    const media::VideoSettings &settings = track.choice.settings;
-    const bool lossless = settings.codec == FVV_CODEC_OEXR;
-    const double floor = lossless ? INFINITY : std::min(track.choice.sample_psnr, exact_enough) - psnr_slack;
+    const VideoDecision &decision = decision_of(track);
+    const bool lossless = decision.settings.codec == FVV_CODEC_OEXR;
+    const double floor = lossless ? INFINITY : std::min(decision.sample_psnr, exact_enough) - psnr_slack;
     VideoVerdict verdict;
     media::Decoder decoder(video->config);
     for (size_t i = 0; i < plan.frames_of(index); i++) {
@@ -393,15 +397,16 @@ private:
   double compare(const VideoTrack &track, size_t frame, media::Decoder &decoder, const uint8_t *sample,
                  size_t size, VideoVerdict &verdict) const {
     const media::BasicImage<Sample> decoded = decode<Sample>(decoder, frame, sample, size);
-    const Picture<Sample> source = load_picture<Sample>(plan, track, frame, track.choice.masks);
+    const Picture<Sample> source = load_picture<Sample>(plan, track, frame, decision_of(track).masks);
     const media::LumaError error =
         media::luma_error(source.image, decoded, source.mask.pixels.empty() ? nullptr : &source.mask);
-    verdict.luma.squares += error.squares;
-    verdict.luma.pixels += error.pixels;
+    verdict.squares += error.squares;
+    verdict.pixels += error.pixels;
     return error.pixels ? error.psnr() : INFINITY; // the mask is empty: nothing to compare
   }
 
   const Plan &plan;
+  const Decisions &decisions;
   const std::vector<std::vector<MeshOrigins>> &origins;
   const std::string name;
   std::vector<VisibilityVerifier> visibility; // of each mesh track
@@ -412,26 +417,13 @@ private:
 
 } // namespace
 
-void MeshTrackVerdict::add(const MeshTrackVerdict &other) {
-  meshes += other.meshes;
-  visible += other.visible;
-  mesh.add(other.mesh);
-}
-
-void VideoVerdict::add(const VideoVerdict &other) {
-  pictures += other.pictures;
-  luma.squares += other.luma.squares;
-  luma.pixels += other.luma.pixels;
-  min_psnr = std::min(min_psnr, other.min_psnr);
-}
-
-Verdict verify(const Plan &plan, const std::vector<std::vector<MeshOrigins>> &origins,
-               const InputFile &file) {
+Verdict verify(const Plan &plan, const Decisions &decisions,
+               const std::vector<std::vector<MeshOrigins>> &origins, const InputFile &file) {
   if (plan.capture.mesh_cache) scene::clear(*plan.capture.mesh_cache);
   Verdict verdict;
   verdict.videos.resize(plan.tracks.size());
   if (plan.has_meshes()) verdict.lower_meshes.resize(plan.meshes.size() - 1);
-  Reader reader(plan, origins, file);
+  Reader reader(plan, decisions, origins, file);
   const fvv_configuration &configuration = reader.whole();
   for (const scene::Camera &camera : plan.capture.cameras) {
     verdict.cameras++;
@@ -447,7 +439,8 @@ Verdict verify(const Plan &plan, const std::vector<std::vector<MeshOrigins>> &or
   for (size_t group = 0; group < plan.group_count(); group++) group_of.push_back(group);
   std::vector<GroupVerdict> groups(plan.group_count());
   run_ordered(
-      plan.options.threads, group_of, [&](size_t i) { groups[i] = Reader(plan, origins, file).group(i); },
+      plan.options.threads, group_of,
+      [&](size_t i) { groups[i] = Reader(plan, decisions, origins, file).group(i); },
       [&](size_t i) {
         for (size_t k = 0; k < plan.meshes.size(); k++) {
           MeshTrackVerdict &whole = k ? verdict.lower_meshes[k - 1] : verdict;

@@ -1,11 +1,11 @@
-// The parts of verify().
+// Reads a written stream back and compares every frame with the capture.
 #pragma once
-
-#include "fvv_mux/verify.h"
 
 #include "fvv/mesh.h"
 #include "fvv/stream.h"
-#include "fvv_mux/plan.h"
+#include "fvv_cxx/input_file.h"
+#include "mux/src/plan.h"
+#include "mux/src/sums.h"
 #include "mux/src/visibility.h"
 
 #include <memory>
@@ -13,6 +13,10 @@
 #include <utility>
 
 namespace fvv::mux {
+
+// file was written by plan and decisions; origins: StreamSums::origins. Throws Error as Muxer::verify.
+Verdict verify(const Plan &plan, const Decisions &decisions,
+               const std::vector<std::vector<MeshOrigins>> &origins, const InputFile &file);
 
 // The message describes the difference, without file and frame.
 struct MeshMismatch : std::runtime_error {

@@ -209,12 +209,6 @@ MeshVerdict verify_run(const Plan &plan, const MeshTrack &track, const geometry:
 
 } // namespace
 
-void MeshVerdict::add(const MeshVerdict &other) {
-  max_vertex_error = std::max(max_vertex_error, other.max_vertex_error);
-  max_texture_error = std::max(max_texture_error, other.max_texture_error);
-  max_normal_error = std::max(max_normal_error, other.max_normal_error);
-}
-
 MeshVerdict verify_mesh(const Plan &plan, const MeshTrack &track, size_t frame, const fvv_mesh &decoded,
                         const MeshOrigins &origins) {
   if (decoded.texture_bits != plan.texture_bits)

@@ -2,9 +2,9 @@
 // of vertices, as payloads of COLR.
 #pragma once
 
-#include "fvv_mux/summary.h"
 #include "mux/src/meshes.h"
 #include "mux/src/stream_writer.h"
+#include "mux/src/sums.h"
 
 #include <atomic>
 #include <map>
@@ -48,9 +48,6 @@ MatchChoice choose_match(const Plan &plan, bool encoded);
 // By the option, or by drawing cameras from the others in the middle frame, with their gains. encoded:
 // likewise.
 InsetChoice choose_inset(const Plan &plan, bool encoded);
-
-// Whether an open choice pays, by the bytes of VISI and of camera pictures in the first group.
-void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictures);
 
 // Of some frames. Each is empty if the stream has none.
 struct SurfaceFrames {

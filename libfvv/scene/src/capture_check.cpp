@@ -151,18 +151,6 @@ std::vector<LensGap> lens_gaps(const Capture &capture) {
   return out;
 }
 
-std::string text_of(const std::vector<LensGap> &gaps) {
-  std::string out;
-  for (const LensGap &gap : gaps) {
-    char line[160];
-    std::snprintf(line, sizeof line,
-                  "  lens      camera %u: %.1f %% of the picture lie beyond r_max %.4g and are not used\n",
-                  gap.camera, 100 * gap.share, gap.r_max);
-    out += line;
-  }
-  return out;
-}
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -302,36 +302,4 @@ template media::Image Undistortion::apply(size_t, int64_t, media::Image) const;
 template media::DeepImage Undistortion::apply(size_t, int64_t, media::DeepImage) const;
 template media::LinearImage Undistortion::apply(size_t, int64_t, media::LinearImage) const;
 
-std::string Undistortion::text() const {
-  std::string out;
-  for (const Undistorted &one : reports) {
-    char line[240];
-    std::snprintf(line, sizeof line,
-                  "  undistort camera %u: %ux%u without lens for %ux%u, %.1f x %.1f degrees, %.1f %% of the "
-                  "picture kept, %.1f %% blank, %.3g px for one on the axis%s\n",
-                  one.id, one.width, one.height, one.source_width, one.source_height, one.horizontal,
-                  one.vertical, 100 * one.kept, 100 * one.blank, one.finest,
-                  one.limited ? "; cut at r_max or 75 degrees from the axis" : "");
-    out += line;
-  }
-  return out.empty() ? "  undistort no camera with pictures has a lens\n" : out;
-}
-
-nlohmann::ordered_json Undistortion::json() const {
-  nlohmann::ordered_json out = nlohmann::ordered_json::array();
-  for (const Undistorted &one : reports)
-    out.push_back({{"camera", one.id},
-                   {"source_width", one.source_width},
-                   {"source_height", one.source_height},
-                   {"width", one.width},
-                   {"height", one.height},
-                   {"horizontal_degrees", one.horizontal},
-                   {"vertical_degrees", one.vertical},
-                   {"kept", one.kept},
-                   {"blank", one.blank},
-                   {"axis_scale", one.finest},
-                   {"limited", one.limited}});
-  return out;
-}
-
 } // namespace fvv::scene

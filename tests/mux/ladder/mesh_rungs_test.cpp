@@ -3,7 +3,7 @@
 
 #include "fvv_mux/encoder.h"
 #include "fvv_mux/option_texts.h"
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "fvvdemux/demux.h"
 #include "mux/src/ladder/mesh_rungs.h"
 
@@ -64,11 +64,11 @@ TEST_CASE("lower rungs have coarser meshes, with visibility and colours of their
   const bool tracked = GENERATE(false, true);
   const Folder folder;
   const FileOptions options = dense(folder, tracked);
-  const mux::Summary summary = mux_file(options); // verifies
-  CHECK(summary.plan.has_constant_topology == tracked);
+  const mux::Report summary = mux_file(options); // verifies
+  CHECK(summary.has_constant_topology == tracked);
   CHECK((summary.delta.chunks > 0) == tracked);
-  REQUIRE(summary.plan.meshes.size() == 3);
-  CHECK(summary.plan.meshes[2].times == 4);
+  REQUIRE(summary.lower_meshes.size() == 2);
+  CHECK(summary.lower_meshes[1].max_error == 4 * summary.budget.max_error);
   Stream stream(options.output);
   const fvv_configuration &configuration = stream.configuration();
   for (const Kind &kind : kinds)
@@ -172,7 +172,7 @@ TEST_CASE("meshes of a rung's own can be forbidden and asked for, and need decim
   FileOptions options = dense(folder, false);
   options.verify = false;
   const auto meshes = [&] {
-    const mux::Summary summary = mux_file(options);
+    const mux::Report summary = mux_file(options);
     return json_of(summary)["ladder"][2]["meshes"];
   };
   options.mesh_ladder = mux::MeshLadder::off;
@@ -232,8 +232,8 @@ TEST_CASE("what coarser meshes lose is one warning for each rung") {
     const char *kind = text.find(" vanish in decimation") == std::string::npos ? " thin" : " vanish";
     kinds_of_loss.insert(text.substr(rung.size(), 1) + kind);
   };
-  const mux::Summary summary = mux::Muxer(options, observer).run([](const void *, size_t) {});
-  CHECK(summary.plan.warned);
+  const mux::Report summary = mux::Muxer(options, observer).run([](const void *, size_t) {});
+  CHECK(summary.warned);
   CHECK(frames > 1); // of the first rung
   CHECK(kinds_of_loss.count("1 vanish") == 1);
   CHECK(kinds_of_loss.count("2 vanish") == 1);
@@ -247,7 +247,7 @@ TEST_CASE("a number of triangles falls with the size") {
   options.triangles = 800;
   options.visibility = mux::Visibility::none;
   options.colours = mux::Colours::off;
-  const mux::Summary summary = mux_file(options);
+  const mux::Report summary = mux_file(options);
   for (size_t rung = 0; rung < 3; rung++) {
     const double triangles = double(summary.meshes(rung).faces) / 5;
     CHECK(triangles <= 800 >> rung);
@@ -261,34 +261,35 @@ TEST_CASE("a rung has meshes of its own where they save a share of its bytes") {
   for (size_t rung = 0; rung < 4; rung++) {
     plan.meshes.emplace_back();
     plan.meshes.back().rung = rung;
-    plan.meshes.back().sent = !rung;
   }
+  mux::Decisions decisions;
   const auto sent = [&](const std::vector<uint64_t> &meshes, const std::vector<uint64_t> &pictures) {
-    mux::settle_mesh_rungs(plan, meshes, pictures);
+    decisions.meshes = mux::decide_mesh_rungs(plan, meshes, pictures);
     std::string out;
-    for (size_t rung = 0; rung < 4; rung++) out += std::to_string(plan.mesh_of(rung).rung);
+    for (size_t rung = 0; rung < 4; rung++)
+      out += std::to_string(plan.meshes[decisions.mesh_of(plan, rung)].rung);
     return out;
   };
   // Each is compared with those that the rung would take otherwise.
   CHECK(sent({100, 94, 90, 80}, {1000, 900, 100, 50}) == "0023");
-  CHECK(plan.meshes[1].saving == Approx(0.006));
-  CHECK(plan.meshes[2].saving == Approx(0.05));
-  CHECK(plan.meshes[3].saving == Approx(10.0 / 140));
+  CHECK(decisions.meshes[1].saving == Approx(0.006));
+  CHECK(decisions.meshes[2].saving == Approx(0.05));
+  CHECK(decisions.meshes[3].saving == Approx(10.0 / 140));
   CHECK(sent({100, 94, 91, 80}, {1000, 900, 100, 50}) == "0003");
   CHECK(sent({100, 100, 110, 100}, {0, 0, 0, 0}) == "0000"); // they may take more
   CHECK(sent({0, 0, 0, 0}, {0, 0, 0, 0}) == "0000");
-  CHECK(!plan.has_mesh_rungs());
+  CHECK(!decisions.has_mesh_rungs(plan));
   plan.options.mesh_ladder = mux::MeshLadder::on;
   CHECK(sent({100, 100, 110, 100}, {0, 0, 0, 0}) == "0123");
-  CHECK(plan.has_mesh_rungs());
+  CHECK(decisions.has_mesh_rungs(plan));
 }
 
 TEST_CASE("a rung that shares the meshes of a better one, above one with its own") {
   const Folder folder;
   FileOptions options = dense(folder, false);
   options.ladder = {{1}, {0.99}, {0.25}}; // nearly the same error: nothing is saved
-  const mux::Summary summary = mux_file(options);
-  CHECK(!summary.plan.meshes[1].sent);
+  const mux::Report summary = mux_file(options);
+  CHECK(!summary.lower_meshes[0].sent);
   Stream stream(options.output);
   const std::vector<RungInfo> rungs = rungs_of(stream.configuration());
   REQUIRE(rungs.size() == 3);
@@ -370,7 +371,7 @@ TEST_CASE("frames from memory have rungs of meshes too") {
       frame.visibility = {{}, std::vector<uint8_t>(frame.mesh.vertex_count(), 255)};
       encoder.add(std::move(frame));
     }
-    const mux::Summary summary = encoder.finish();
+    const mux::Report summary = encoder.finish();
     CHECK(summary.lower_meshes[0].mesh.chunks == 4);
     CHECK(summary.lower_meshes[0].faces < summary.faces);
     return bytes;

@@ -3,19 +3,19 @@
 
 #include "fvv_mux/encoder.h"
 #include "fvv_mux/option_texts.h"
-#include "fvv_mux/summary.h"
+#include "fvv_mux/report.h"
 #include "fvvdemux/demux.h"
 
 TEST_CASE("a ladder has the pictures in each size, and says so") {
   const Folder folder;
   const FileOptions options = three_rungs(folder);
-  const mux::Summary summary = mux_file(options);
-  CHECK(!summary.plan.warned);
+  const mux::Report summary = mux_file(options);
+  CHECK(!summary.warned);
   Stream stream(options.output);
   const fvv_configuration &configuration = stream.configuration();
   REQUIRE(configuration.video_count == 3);
-  const auto quality = [&](size_t k) { return summary.plan.tracks[k].choice.settings.quality; };
-  const auto psnr = [&](size_t k) { return summary.plan.tracks[k].choice.sample_psnr; };
+  const auto quality = [&](size_t k) { return summary.videos[k].quality; };
+  const auto psnr = [&](size_t k) { return summary.videos[k].sample_psnr; };
   const uint16_t ids[] = {2, 8, 9};
   const uint32_t sides[][2] = {{64, 48}, {32, 24}, {16, 12}};
   for (size_t rung = 0; rung < 3; rung++) {
@@ -72,7 +72,7 @@ TEST_CASE("the first rung is the stream without a ladder, and threads change not
     CHECK(read_bytes(options.output) == bytes);
   }
   options.ladder.clear();
-  const mux::Summary plain = mux_file(options);
+  const mux::Report plain = mux_file(options);
   CHECK(samples_of(options.output, 2) == best);
   CHECK(!json_of(plain).contains("ladder"));
   Stream stream(options.output);
@@ -101,7 +101,7 @@ TEST_CASE("every codec has rungs") {
     options.codec = codec;
     options.bit_depth = media::find_video_codec(codec)->shallowest;
     options.quality = codec == FVV_CODEC_JPEG ? mux::Quality{false, 80} : mux::default_quality(codec);
-    const mux::Summary summary = mux_file(options);
+    const mux::Report summary = mux_file(options);
     CHECK(summary.verdict->videos.size() == 3);
     CHECK(summary.videos[2].payload < summary.videos[0].payload);
   }
@@ -112,15 +112,15 @@ TEST_CASE("each track of several has rungs of its own, with the same cameras") {
   FileOptions options = three_rungs(folder, with_masks());
   options.crop = mux::Crop::automatic;
   options.video_tracks = 2;
-  const mux::Summary summary = mux_file(options);
-  REQUIRE(summary.plan.tracks.size() == 6);
-  CHECK(summary.plan.tile_track_count() == 2);
+  const mux::Report summary = mux_file(options);
+  REQUIRE(summary.videos.size() == 6);
+  CHECK(summary.tile_track_count() == 2);
   for (size_t i = 0; i < 6; i++) {
-    const mux::VideoTrack &track = summary.plan.tracks[i];
+    const mux::VideoTrackReport &track = summary.videos[i];
     CHECK(track.rung == i / 2);
-    CHECK(track.best == i % 2);
+    CHECK(track.part == i % 2);
     CHECK(track.alternate_group == i % 2 + 1);
-    CHECK(track.tiling.cameras == summary.plan.tracks[i % 2].tiling.cameras);
+    CHECK(track.cameras == summary.videos[i % 2].cameras);
   }
   Stream stream(options.output);
   CHECK(rungs_of(stream.configuration())[2].tracks == std::vector<uint16_t>{1, 7, 11, 12});
@@ -135,8 +135,8 @@ TEST_CASE("rates of rungs") {
   FileOptions options = three_rungs(folder);
   const auto targets = [&] {
     std::vector<uint64_t> out;
-    for (const mux::VideoTrack &track : mux_file(options).plan.tracks)
-      out.push_back(track.choice.settings.bit_rate);
+    const mux::Report report = mux_file(options);
+    for (const mux::VideoTrackReport &track : report.videos) out.push_back(track.target_rate);
     return out;
   };
   options.bit_rate = 400000;

@@ -99,9 +99,9 @@ TEST_CASE("sound is in the stream where it was in the capture, and comes back") 
     const Folder folder;
     with_sound(folder, c.encoder, c.file, c.rate);
     const FileOptions options = sound_options(folder);
-    const mux::Summary summary = mux_file(options);
-    REQUIRE(summary.plan.sounds.size() == 1);
-    CHECK(summary.plan.sounds[0].packets.encoded == c.encoded);
+    const mux::Report summary = mux_file(options);
+    REQUIRE(summary.sounds.size() == 1);
+    CHECK(summary.sounds[0].encoded == c.encoded);
     CHECK(summary.verdict->sounds == 5);
     const nlohmann::ordered_json json = json_of(summary)["audio"][0];
     CHECK(json["encoded"] == c.encoded);
@@ -152,13 +152,14 @@ TEST_CASE("sound is in the stream where it was in the capture, and comes back") 
     FileOptions again = sound_options(folder);
     again.capture = folder.path("out");
     again.output = folder.path("again.fvv");
-    const mux::Summary second = mux_file(again);
-    REQUIRE(second.plan.sounds.size() == 1);
-    CHECK(!second.plan.sounds[0].packets.encoded);
-    CHECK(second.plan.sounds[0].packets.packets == sound.packets.packets);
-    CHECK(second.plan.sounds[0].packets.start == sound.packets.start);
-    CHECK(second.plan.sounds[0].packets.format.record == sound.packets.format.record);
-    CHECK(second.plan.sounds[0].source.language == "de-CH");
+    mux_file(again);
+    const mux::Plan second = mux::make_plan(again, {});
+    REQUIRE(second.sounds.size() == 1);
+    CHECK(!second.sounds[0].packets.encoded);
+    CHECK(second.sounds[0].packets.packets == sound.packets.packets);
+    CHECK(second.sounds[0].packets.start == sound.packets.start);
+    CHECK(second.sounds[0].packets.format.record == sound.packets.format.record);
+    CHECK(second.sounds[0].source.language == "de-CH");
 
     // A part of the frames has the sound of its groups, at the same time of the scene.
     unpack.frames = demux::Selection::parse("--frames", "20-34");
@@ -168,9 +169,10 @@ TEST_CASE("sound is in the stream where it was in the capture, and comes back") 
     FileOptions rest = again;
     rest.verify = false;
     rest.capture = folder.path("out");
-    const mux::Summary third = mux_file(rest);
-    REQUIRE(third.plan.sounds.size() == 1);
-    CHECK(std::llabs(click_in(third.plan.sounds[0].packets, click_time - 0.8) -
+    mux_file(rest);
+    const mux::Plan third = mux::make_plan(rest, {});
+    REQUIRE(third.sounds.size() == 1);
+    CHECK(std::llabs(click_in(third.sounds[0].packets, click_time - 0.8) -
                      std::llround((click_time - 0.8) * rate)) <= 2);
   }
 }
@@ -212,9 +214,9 @@ TEST_CASE("placed sound is mono, and moves from frame to frame") {
   capture.sounds = {still, moving};
   scene::write_capture(capture, capture.path);
   const FileOptions options = sound_options(folder);
-  const mux::Summary summary = mux_file(options);
+  const mux::Report summary = mux_file(options);
   REQUIRE(summary.sounds.size() == 2);
-  CHECK(summary.plan.sounds[0].packets.format.channels == 1);
+  CHECK(summary.sounds[0].channels == 1);
   CHECK(summary.sounds[1].chunks == 50);
   const demux::UnpackedSounds all = demux::unpack_sounds(InputFile(options.output), 0, 4);
   REQUIRE(all.sounds.size() == 2);

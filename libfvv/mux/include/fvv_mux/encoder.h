@@ -4,7 +4,9 @@
 #pragma once
 
 #include "fvv_media/image.h"
-#include "fvv_mux/summary.h"
+#include "fvv_media/sound.h"
+#include "fvv_mux/options.h"
+#include "fvv_mux/report.h"
 #include "fvv_scene/memory_frames.h"
 #include "fvv_scene/sound_source.h"
 
@@ -32,6 +34,14 @@ struct SoundInput {
   // frame that is added.
   std::optional<scene::Place> position = {};
   std::vector<scene::Place> per_frame = {};
+};
+
+// A video track whose samples come encoded with the frames, from cameras or a GPU, and are sent as they are.
+struct EncodedTrack {
+  // Codec, size, bit depth and colours. shows, record and codec_string are not used.
+  fvv_video_config config = {};
+  std::vector<uint8_t> record; // the codec's configuration record (fvv/video.h)
+  std::vector<fvv_tile> tiles; // where each camera's picture is; the same in all frames
 };
 
 // What does not change from frame to frame.
@@ -88,7 +98,7 @@ public:
   void add(Frame frame);
 
   // Writes what is left, index and footer. At least one frame was added.
-  Summary finish();
+  Report finish();
 
 private:
   struct State;

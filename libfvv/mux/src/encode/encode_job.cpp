@@ -5,7 +5,8 @@
 #include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
-#include "mux/src/summary_terms.h"
+#include "mux/src/report_names.h"
+#include "mux/src/terms.h"
 #include "mux/src/visibility.h"
 
 #include <algorithm>
@@ -22,16 +23,15 @@ namespace {
 
 // Warns of what lost pieces or thin parts: a frame, by its report, or a track, by its sums. times: the error.
 // Returns whether it did.
-template <class Losses>
-bool warn_of_losses(const Plan &plan, const std::string &name, double times, const Losses &losses) {
-  if (losses.vanished.pieces)
-    plan.observer.warn(name + ": " + std::to_string(losses.vanished.pieces) + " pieces of " +
-                       area_text(plan, losses.vanished.area) + " together vanish in decimation");
-  if (losses.thin_area > 0)
-    plan.observer.warn(name + ": " + area_text(plan, losses.thin_area) +
-                       " of the surface are further off than " +
+bool warn_of_losses(const Plan &plan, const std::string &name, double times, const decimate::Lost &vanished,
+                    double thin_area) {
+  if (vanished.pieces)
+    plan.observer.warn(name + ": " + std::to_string(vanished.pieces) + " pieces of " +
+                       area_text(plan, vanished.area) + " together vanish in decimation");
+  if (thin_area > 0)
+    plan.observer.warn(name + ": " + area_text(plan, thin_area) + " of the surface are further off than " +
                        budget_text(plan, decimate::max_over_rms * times) + " after decimation");
-  return losses.vanished.pieces || losses.thin_area > 0;
+  return vanished.pieces || thin_area > 0;
 }
 
 // The same for what rounding to the lattice took away. frame: its number in file names.
@@ -52,22 +52,17 @@ bool warn_of_quantisation(const Plan &plan, const MeshTrack &track, int64_t fram
 }
 
 // A rate that is too low even for the worst picture is no failure: the stream is whole.
-bool warn_of_rates(const Summary &summary) {
+bool warn_of_rates(const Plan &plan, const Report &report) {
   bool warned = false;
-  for (size_t track = 0; track < summary.rates.size(); track++) {
-    const RateResult &rate = summary.rates[track];
-    if (!rate.over) continue;
-    const VideoTrack &video = summary.plan.tracks[track];
-    const media::VideoCodec &codec = *media::find_video_codec(video.choice.settings.codec);
-    char text[200];
-    std::snprintf(
-        text, sizeof text,
-        "--bitrate: %zu of %zu groups of the %s take more than %.4g kbit/s even at %s %d; in all it "
-        "is %.4g kbit/s",
-        rate.over, rate.groups, name_of(summary, video).c_str(),
-        double(video.choice.settings.bit_rate) / 1000, codec.scale, codec.coarsest,
-        summary.bit_rate(track) / 1000);
-    summary.plan.observer.warn(summary.plan.capture.path + ": " + text);
+  for (const VideoTrackReport &video : report.videos) {
+    if (!video.rate.over) continue;
+    const media::VideoCodec &codec = *media::find_video_codec(video.codec);
+    plan.observer.warn(
+        plan.capture.path + ": " +
+        fvv::format("--bitrate: %zu of %zu groups of the %s take more than %.4g kbit/s even at %s %d; in all "
+                    "it is %.4g kbit/s",
+                    video.rate.over, video.rate.groups, name_of(report, video).c_str(),
+                    double(video.target_rate) / 1000, codec.scale, codec.coarsest, video.bit_rate / 1000));
     warned = true;
   }
   return warned;
@@ -75,43 +70,42 @@ bool warn_of_rates(const Summary &summary) {
 
 } // namespace
 
-void warn_at_end(Summary &summary) {
-  Plan &plan = summary.plan;
-  if (warn_of_rates(summary)) plan.warned = true;
-  for (size_t k = 1; k < plan.meshes.size(); k++) {
-    const MeshTrack &track = plan.meshes[k];
-    const std::string name = plan.capture.path + ": rung " + std::to_string(track.rung);
-    if (warn_of_losses(plan, name, track.times, summary.meshes(k).decimation)) plan.warned = true;
+bool warn_at_end(const Plan &plan, const Report &report) {
+  bool warned = warn_of_rates(plan, report);
+  for (size_t k = 0; k < report.lower_meshes.size(); k++) {
+    const MeshTrack &track = plan.meshes[k + 1];
+    const DecimationSums &sums = report.lower_meshes[k].decimation;
+    warned = warn_of_losses(plan, plan.capture.path + ": rung " + std::to_string(track.rung), track.times,
+                            {sums.vanished_pieces, sums.vanished_area}, sums.thin_area) ||
+             warned;
   }
+  return warned;
 }
 
 class EncodeJob::State {
 public:
-  State(Summary &sums, const Sink &out)
-      : plan(sums.plan), sink(out), summary(sums), surfaces(plan), room(plan.options.threads),
+  State(const Plan &chosen, const Sink &out)
+      : plan(chosen), sink(out), sums(plan), surfaces(plan), room(plan.options.threads),
         promises(plan.tracks.size()), unwanted(plan.meshes.size()) {
-    if (plan.has_meshes()) summary.lower_meshes.resize(plan.meshes.size() - 1);
-    summary.origins.resize(plan.meshes.size());
-    summary.videos.resize(plan.tracks.size());
-    summary.rates.resize(plan.tracks.size());
-    for (std::promise<void> &promise : promises) chosen.push_back(promise.get_future());
+    for (std::promise<VideoChoice> &promise : promises) chosen_videos.push_back(promise.get_future());
     // The choice of each video is made on the way, beside the first meshes.
     for (size_t track = 0; track < plan.tracks.size(); track++)
       if (!plan.tracks[track].rung) add(Kind::choice, 0, track, 0, 0);
   }
 
-  // Everything is chosen, and begin() has been called in another job.
-  void join(const NominalRates &nominal, size_t group) {
+  // Everything is decided, by the first group in another job.
+  void join(const Decisions &known, size_t group) {
     tasks.clear();
     group_of.clear();
-    for (std::promise<void> &promise : promises) promise.set_value();
-    for (size_t track = 0; track < plan.meshes.size(); track++) unwanted[track] = !plan.meshes[track].sent;
-    writer.emplace(plan, sink, nominal);
+    for (size_t track = 0; track < promises.size(); track++)
+      promises[track].set_value({known.videos[track], nullptr});
+    begin(known);
     writer->join(group);
     first_written = group;
   }
 
-  const NominalRates &nominal() const { return writer->nominal_values(); }
+  const Decisions &decisions() const { return *decided; }
+  const StreamSums &all_sums() const { return sums; }
 
   // Encodes and writes all groups of the plan.
   void run() {
@@ -141,14 +135,17 @@ public:
     run_listed(group);
   }
 
-  // Writes index and footer and completes the summary. start: of the whole run.
-  void finish(std::chrono::steady_clock::time_point start) {
-    summary.bytes = writer->finish();
-    summary.sounds = writer->sounds();
-    warn_at_end(summary);
-    if (plan.capture.mesh_cache) summary.mesh_reads = scene::mesh_reads(*plan.capture.mesh_cache);
-    summary.picture_reads = plan.videos->reads();
-    summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  Report finish(std::chrono::steady_clock::time_point start) {
+    sums.bytes = writer->finish();
+    sums.sounds = writer->sounds();
+    Report report = make_report(plan, *decided, sums);
+    report.warned = warn_at_end(plan, report) || report.warned;
+    if (plan.capture.mesh_cache) report.mesh_reads = scene::mesh_reads(*plan.capture.mesh_cache);
+    const scene::PictureReads reads = plan.videos->reads();
+    report.picture_reads = reads.pictures;
+    report.mask_reads = reads.masks;
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return report;
   }
 
 private:
@@ -183,7 +180,7 @@ private:
         plan.options.threads, group_of, [this](size_t task) { work(tasks[task]); },
         [&](size_t listed) {
           const size_t group = first + listed;
-          if (!writer) begin(groups[group]);
+          if (!writer) begin(decide(plan, videos(), bytes_of(groups[group])));
           write(group);
           plan.observer.progress(plan.frames_of(group));
         },
@@ -267,128 +264,102 @@ private:
 
   void choose(size_t track) {
     try {
-      if (const size_t best = plan.tracks[track].best; best != track)
-        std::shared_future<void>(chosen[best]).get();
-      plan.tracks[track].choice = choose_video(plan, plan.tracks[track], room);
-      promises[track].set_value();
+      const size_t best = plan.tracks[track].best;
+      const VideoDecision *of_best = best == track ? nullptr : &video(best).decision;
+      promises[track].set_value(choose_video(plan, plan.tracks[track], of_best, room));
     } catch (...) {
       promises[track].set_exception(std::current_exception());
       throw;
     }
   }
 
+  // Waits for the choice. It lives as long as this object.
+  const VideoChoice &video(size_t track) const {
+    return std::shared_future<VideoChoice>(chosen_videos[track]).get(); // a copy for each thread
+  }
+
   void encode_video(const Task &task) {
-    std::shared_future<void>(chosen[task.track]).get(); // a copy for each thread
+    const VideoChoice &choice = video(task.track);
     const VideoTrack &track = plan.tracks[task.track];
-    media::EncodedGroup encoded = encode_pictures(plan, track, task.first, task.count, room);
-    if (encoded.record != track.choice.record)
+    media::EncodedGroup encoded = encode_pictures(plan, track, choice, task.first, task.count, room);
+    if (encoded.record != choice.decision.record)
       throw Error(plan.capture.path + ": group " + std::to_string(plan.group_of(task.first)) +
                   ": the encoder's configuration record differs from the first group's");
-    TrackGroup &video = group_for(task.first).videos[task.track];
+    TrackGroup &samples = group_for(task.first).videos[task.track];
     const size_t at = task.first - plan.first_of(plan.group_of(task.first));
-    std::move(encoded.samples.begin(), encoded.samples.end(), video.samples.begin() + std::ptrdiff_t(at));
+    std::move(encoded.samples.begin(), encoded.samples.end(), samples.samples.begin() + std::ptrdiff_t(at));
     if (!plan.options.bit_rate) return; // several tasks may have one quality and one group
-    video.quality = encoded.quality;
-    video.over_rate = encoded.over_rate;
+    samples.quality = encoded.quality;
+    samples.over_rate = encoded.over_rate;
   }
 
-  // The configuration tells of all tracks: with the first group it is known which there are.
-  void begin(const Group &first) {
-    uint64_t bytes = 0, pictures = 0;
-    if (plan.has_meshes())
-      for (const VisibilityFrame &frame : first.meshes[0].surfaces.visibility) bytes += frame.payload.size();
-    for (size_t track = 0; track < plan.tracks.size(); track++)
-      for (const media::Sample &sample : first.videos[track].samples)
-        if (!plan.tracks[track].is_atlas() && !plan.tracks[track].rung) pictures += sample.bytes.size();
-    settle_visibility(plan.visibility, bytes, pictures);
-    if (!plan.visibility.on) surfaces.stop_visibility();
-    std::vector<uint64_t> meshes, rungs(plan.rung_count());
-    for (const MeshGroup &group : first.meshes) meshes.push_back(bytes_of(group));
-    for (size_t track = 0; track < plan.tracks.size(); track++)
-      for (size_t rung = 0; rung < rungs.size(); rung++)
-        for (const media::Sample &sample : first.videos[track].samples)
-          if (plan.tracks[track].is_in(rung)) rungs[rung] += sample.bytes.size();
-    settle_mesh_rungs(plan, meshes, rungs);
-    for (size_t track = 0; track < plan.meshes.size(); track++) unwanted[track] = !plan.meshes[track].sent;
-    writer.emplace(plan, sink, nominal_of(first));
+  // Those that are chosen by now.
+  std::vector<VideoDecision> videos() const {
+    std::vector<VideoDecision> out;
+    for (size_t track = 0; track < plan.tracks.size(); track++) out.push_back(video(track).decision);
+    return out;
   }
 
-  // Of a track with its visibility and colours, as far as these are sent.
-  uint64_t bytes_of(const MeshGroup &group) const {
-    uint64_t bytes = 0;
-    for (const MeshFrame &mesh : group.frames) bytes += mesh.payload.size();
-    for (const VisibilityFrame &frame : group.surfaces.visibility)
-      bytes += plan.visibility.on ? frame.payload.size() : 0;
-    for (const ColourFrame &frame : group.surfaces.colours) bytes += frame.payload.size();
-    return bytes;
-  }
-
-  // Of a ladder, so that a reader can tell what a rung takes: what pictures were to take, or took when their
-  // quality was chosen, and what all else takes in the first group.
-  NominalRates nominal_of(const Group &first) const {
-    NominalRates nominal;
-    if (plan.options.ladder.empty()) return nominal;
-    const fvv_rational &duration = plan.capture.frame_duration;
-    const double per_second = double(duration.denominator) / duration.numerator / double(plan.groups[0].end);
-    const auto add = [&](uint16_t track, uint64_t bytes) {
-      if (bytes) nominal.rates[track] += 8 * double(bytes) * per_second;
-    };
-    for (size_t k = 0; k < plan.meshes.size(); k++) {
-      const MeshTrack &track = plan.meshes[k];
-      double meshes = 0, faces = 0;
-      for (const MeshFrame &mesh : first.meshes[k].frames) {
-        add(track.id, mesh.payload.size());
-        meshes += !mesh.payload.empty();
-        faces += mesh.faces;
+  FirstGroup bytes_of(const Group &group) const {
+    FirstGroup out;
+    for (const MeshGroup &track : group.meshes) {
+      FirstGroup::Meshes &meshes = out.meshes.emplace_back();
+      for (const MeshFrame &mesh : track.frames) {
+        meshes.mesh += mesh.payload.size();
+        meshes.frames += !mesh.payload.empty();
+        meshes.faces += mesh.faces;
       }
-      if (meshes) nominal.sizes[track.id] = faces / meshes;
-      for (const VisibilityFrame &frame : first.meshes[k].surfaces.visibility)
-        if (plan.visibility.on) add(track.visibility, frame.payload.size());
-      for (const ColourFrame &frame : first.meshes[k].surfaces.colours)
-        if (plan.colours.on) add(track.colours, frame.payload.size());
+      for (const VisibilityFrame &frame : track.surfaces.visibility)
+        meshes.visibility += frame.payload.size();
+      for (const ColourFrame &frame : track.surfaces.colours) meshes.colours += frame.payload.size();
     }
-    for (size_t k = 0; k < plan.tracks.size(); k++) {
-      const VideoTrack &track = plan.tracks[k];
-      const VideoChoice &choice = track.choice;
-      if (track.encoded)
-        for (const media::Sample &sample : first.videos[k].samples) add(track.id, sample.bytes.size());
-      else
-        nominal.rates[track.id] =
-            choice.settings.bit_rate ? double(choice.settings.bit_rate) : choice.sample_rate;
+    for (const TrackGroup &track : group.videos) {
+      uint64_t &bytes = out.videos.emplace_back();
+      for (const media::Sample &sample : track.samples) bytes += sample.bytes.size();
     }
-    return nominal;
+    return out;
+  }
+
+  // The configuration lists all tracks: the decisions say which there are.
+  void begin(Decisions known) {
+    decided.emplace(std::move(known));
+    if (!decided->visibility.on) surfaces.stop_visibility();
+    for (size_t track = 0; track < plan.meshes.size(); track++)
+      unwanted[track] = !decided->meshes[track].sent;
+    writer.emplace(plan, *decided, sink);
   }
 
   // Of one frame.
   void write_mesh(size_t track, size_t frame, MeshFrame &mesh) {
     const MeshTrack &of = plan.meshes[track];
-    MeshSums &sums = summary.meshes(track);
+    MeshSums &of_track = sums.meshes[track];
     writer->mesh(of, frame, mesh.payload, mesh.key);
-    sums.mesh.add(mesh.payload.size());
-    if (!mesh.key) sums.delta.add(mesh.payload.size());
-    sums.faces += mesh.faces;
-    sums.changes.add(mesh.source, mesh.report);
+    of_track.mesh.add(mesh.payload.size());
+    if (!mesh.key) of_track.delta.add(mesh.payload.size());
+    of_track.faces += mesh.faces;
+    mux::add(of_track.changes, mesh.source, mesh.report);
     if (plan.options.verify)
-      summary.origins[track].push_back({std::move(mesh.origins), mesh.report.flipped_faces});
+      sums.origins[track].push_back({std::move(mesh.origins), mesh.report.flipped_faces});
     const int64_t number = plan.capture.frames.number(int64_t(frame));
-    if (warn_of_quantisation(plan, of, number, mesh.loss)) plan.warned = true;
+    if (warn_of_quantisation(plan, of, number, mesh.loss)) sums.warned = true;
     if (!mesh.decimation) return;
-    sums.decimation.add(*mesh.decimation);
+    mux::add(of_track.decimation, *mesh.decimation);
     if (of.rung) return; // more is lost there: one warning for all frames
     const std::string name = plan.capture.mesh_path(number) + ": frame " + std::to_string(number);
-    if (warn_of_losses(plan, name, 1, *mesh.decimation)) plan.warned = true;
+    if (warn_of_losses(plan, name, 1, mesh.decimation->vanished, mesh.decimation->thin_area))
+      sums.warned = true;
   }
 
   void write_surfaces(size_t track, size_t frame, const VisibilityFrame &seen, const ColourFrame &colours) {
     const MeshTrack &of = plan.meshes[track];
-    MeshSums &sums = summary.meshes(track);
-    if (plan.visibility.on) {
+    MeshSums &of_track = sums.meshes[track];
+    if (decided->visibility.on) {
       if (!seen.payload.empty()) writer->visibility(of, frame, seen.payload, seen.key);
-      sums.visibility.add(seen);
+      mux::add(of_track.visibility, seen);
     }
     if (plan.colours.on) {
       if (!colours.payload.empty()) writer->colours(of, frame, colours.payload);
-      sums.colours.add(colours);
+      mux::add(of_track.colours, colours);
     }
   }
 
@@ -404,70 +375,71 @@ private:
     if (index != first_written && plan.options.repeat_configuration) writer->repeat_configuration();
     writer->begin_group(index);
     for (size_t i = 0; i < count; i++) {
-      write_sound_before(plan.tick_of(first + i)); // that of a frame after its pictures
-      bool own_layout = false;                     // of any track
-      const MeshTrack *written = nullptr;
+      write_sound_before(plan.tick_of(first + i));         // that of a frame after its pictures
+      bool own_layout = false;                             // of any track
+      size_t written = SIZE_MAX;                           // mesh track
       for (size_t rung = plan.rung_count(); rung-- > 0;) { // a low rung ends before the better ones begin
-        const MeshTrack *mesh = plan.has_meshes() ? &plan.mesh_of(rung) : nullptr;
-        const size_t k = mesh ? size_t(mesh - plan.meshes.data()) : 0;
-        const bool next = mesh != written;
+        const size_t k = plan.has_meshes() ? decided->mesh_of(plan, rung) : SIZE_MAX;
+        const bool next = k != written;
         if (next && plan.has_mesh(first + i))
           write_mesh(k, first + i, group.meshes[k].frames[i]);
         else if (next && plan.options.verify)
-          summary.origins[k].emplace_back();
+          sums.origins[k].emplace_back();
         if (rung + 1 == plan.rung_count())
           if (const uint64_t calibration = writer->calibration(first + i, i == 0))
-            summary.calibration.add(calibration);
+            sums.calibration.add(calibration);
         if (next) {
           const SurfaceFrames &surfaces_of = group.meshes[k].surfaces;
           write_surfaces(k, first + i, surfaces_of.visibility[i], surfaces_of.colours[i]);
         }
-        written = mesh;
+        written = k;
         for (size_t track = 0; track < plan.tracks.size(); track++) {
           if (plan.tracks[track].rung != rung) continue;
           if (i == 0) own_layout = writer->layout(plan.tracks[track], index) || own_layout;
           const media::Sample &sample = group.videos[track].samples[i];
           writer->sample(plan.tracks[track], first + i, sample);
-          summary.videos[track].add(sample.bytes.size());
+          sums.videos[track].add(sample.bytes.size());
         }
       }
-      summary.layouts += own_layout;
+      sums.layouts += own_layout;
       // Behind the second frame: the first is known to be whole by then (fvv.md clause 18.5).
       const bool first_or_repeated = !index || plan.options.repeat_configuration;
       if (plan.background && first_or_repeated && i == std::min<size_t>(1, count - 1))
-        summary.background.add(writer->background(first + i));
+        sums.background.add(writer->background(first + i));
     }
     write_sound_before(plan.groups[index].end);
     writer->end_group();
     for (const MeshTrack &track : plan.meshes)
-      if (!plan.options.verify || !track.sent) track.loader->forget(index);
+      if (!plan.options.verify || !decided->meshes[size_t(&track - plan.meshes.data())].sent)
+        track.loader->forget(index);
     const media::VideoCodec &codec = *media::find_video_codec(plan.options.codec);
     for (size_t track = 0; track < plan.tracks.size(); track++)
       if (!plan.tracks[track].encoded)
-        summary.rates[track].add(codec, group.videos[track].quality, group.videos[track].over_rate);
+        mux::add(sums.rates[track], codec, group.videos[track].quality, group.videos[track].over_rate);
   }
 
-  Plan &plan;
+  const Plan &plan;
   const Sink &sink;
-  Summary &summary;
+  StreamSums sums;
   SurfaceCoder surfaces;
   EncoderRoom room;
   size_t first_written = 0;           // group; the configuration is before it anyway
-  std::optional<StreamWriter> writer; // once the choices of video are known
+  std::optional<Decisions> decided;   // by the first group
+  std::optional<StreamWriter> writer; // likewise
   std::vector<Task> tasks;
   std::vector<size_t> group_of;
   std::mutex mutex; // of groups
   std::vector<Group> groups;
-  std::vector<std::promise<void>> promises; // of each video track: its choice is made
-  std::vector<std::shared_future<void>> chosen;
+  std::vector<std::promise<VideoChoice>> promises; // of each video track
+  std::vector<std::shared_future<VideoChoice>> chosen_videos;
   std::deque<std::atomic<bool>> unwanted; // mesh tracks of which no more is encoded
 };
 
-EncodeJob::EncodeJob(Summary &summary, const Sink &sink) : state(std::make_unique<State>(summary, sink)) {}
+EncodeJob::EncodeJob(const Plan &plan, const Sink &sink) : state(std::make_unique<State>(plan, sink)) {}
 
-EncodeJob::EncodeJob(Summary &summary, const Sink &sink, const NominalRates &nominal, size_t group)
-    : EncodeJob(summary, sink) {
-  state->join(nominal, group);
+EncodeJob::EncodeJob(const Plan &plan, const Sink &sink, const Decisions &decisions, size_t group)
+    : EncodeJob(plan, sink) {
+  state->join(decisions, group);
 }
 
 EncodeJob::~EncodeJob() = default;
@@ -480,50 +452,16 @@ void EncodeJob::run_group(size_t group) {
   state->run_group(group);
 }
 
-const NominalRates &EncodeJob::nominal() const {
-  return state->nominal();
+const Decisions &EncodeJob::decisions() const {
+  return state->decisions();
 }
 
-void EncodeJob::finish(std::chrono::steady_clock::time_point start) {
-  state->finish(start);
+const StreamSums &EncodeJob::sums() const {
+  return state->all_sums();
 }
 
-void TrackBytes::add(uint64_t bytes) {
-  chunks++;
-  payload += bytes;
-  smallest = std::min(smallest, bytes);
-  largest = std::max(largest, bytes);
-}
-
-void RateResult::add(const media::VideoCodec &codec, double quality, bool is_over) {
-  const auto finer = [&](double a, double b) { return codec.finest < codec.coarsest ? a < b : a > b; };
-  if (!groups || finer(quality, finest)) finest = quality;
-  if (!groups || finer(coarsest, quality)) coarsest = quality;
-  groups++;
-  over += is_over;
-}
-
-double Summary::bit_rate(size_t track) const {
-  const fvv_rational &duration = plan.capture.frame_duration;
-  return double(videos[track].payload) * 8 * duration.denominator / duration.numerator / double(plan.end());
-}
-
-void MeshChanges::add(const scene::MeshReport &source, const fvv_mesh_report &report) {
-  split_polygons.add(source.polygons);
-  left_out.add(source.lines_and_points);
-  welded.add(report.welded_vertices);
-  degenerate.add(report.degenerate_faces);
-  duplicate.add(report.duplicate_faces);
-  unreferenced.add(report.unreferenced_vertices);
-  flipped.add(report.flipped_faces);
-  dropped_components.add(report.dropped_components);
-  dropped_faces.add(report.dropped_component_faces);
-  nonmanifold_edges.add(report.nonmanifold_edges);
-  boundary_edges.add(report.boundary_edges);
-  changed_frames += source.polygons || source.lines_and_points || report.welded_vertices ||
-                    report.degenerate_faces || report.duplicate_faces || report.unreferenced_vertices ||
-                    report.flipped_faces || report.dropped_components;
-  max_error = std::max(max_error, report.max_error);
+Report EncodeJob::finish(std::chrono::steady_clock::time_point start) {
+  return state->finish(start);
 }
 
 } // namespace fvv::mux

@@ -99,8 +99,8 @@ struct Encoder::State {
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   std::shared_ptr<scene::MemoryFrames> memory = std::make_shared<scene::MemoryFrames>();
   scene::Capture capture; // until the plan is made
-  Summary summary;
-  std::optional<EncodeJob> job;
+  std::optional<Plan> plan;
+  std::optional<EncodeJob> job; // of the plan
   size_t group_size = 1;
   bool shows_pictures = false;   // else nothing is left of a frame without a mesh
   size_t added = 0;              // frames
@@ -110,23 +110,23 @@ struct Encoder::State {
   bool met_mesh = false;         // any frame
   size_t done = 0;               // groups that are written
 
-  scene::Capture &description() { return job ? summary.plan.capture : capture; }
+  scene::Capture &description() { return plan ? plan->capture : capture; }
 
   // end: the first tick after it. Without a mesh there is nothing to plan by: groups wait for the first one.
   void end_group(size_t end) {
     next.count = pending;
     next.end = int64_t(end);
-    if (job) extend_plan(summary.plan, next);
+    if (plan) extend_plan(*plan, next);
     next = {next.first + pending, 0, next.end, next.end};
     pending = 0;
     if (configuration.meshes && !met_mesh) return;
     if (!job) {
       capture.frames.count = int64_t(next.first);
-      summary.plan = make_plan(std::move(capture), configuration.encoded, options, observer);
-      job.emplace(summary, sink);
+      plan = make_plan(std::move(capture), configuration.encoded, options, observer);
+      job.emplace(*plan, sink);
     }
-    for (size_t group = done; group < summary.plan.group_count(); group++) job->run_group(group);
-    done = summary.plan.group_count();
+    for (size_t group = done; group < plan->group_count(); group++) job->run_group(group);
+    done = plan->group_count();
     memory->drop_before(int64_t(end));
   }
 
@@ -274,16 +274,17 @@ void Encoder::add(Frame frame) {
   if (s.added % s.group_size == 0 && s.pending) s.end_group(s.added);
 }
 
-Summary Encoder::finish() {
+Report Encoder::finish() {
   State &s = *state;
   if (!s.added) throw Error("encoder: expected at least one frame before finish()", Error::usage);
   if (s.configuration.meshes && !s.met_mesh)
     throw Error("encoder: expected a frame with a mesh before finish(), found none", Error::usage);
   if (s.pending) s.end_group(s.added);
-  s.summary.plan.warned = warn_of_lost_sound(s.summary.plan) || s.summary.plan.warned;
-  s.job->finish(s.start);
+  const bool warned = warn_of_lost_sound(*s.plan);
+  Report report = s.job->finish(s.start);
+  report.warned = report.warned || warned;
   s.job.reset();
-  return std::move(s.summary);
+  return report;
 }
 
 } // namespace fvv::mux

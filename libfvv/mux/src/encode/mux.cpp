@@ -1,21 +1,40 @@
 #include "fvv_mux/mux.h"
 #include "mux/src/encode/encode_job.h"
+#include "mux/src/verify.h"
+
+#include <chrono>
 
 namespace fvv::mux {
 
-Muxer::Muxer(const Options &options, const Observer &observer) : start(std::chrono::steady_clock::now()) {
-  summary.plan = make_plan(options, observer);
+struct Muxer::State {
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  Plan plan;
+  Decisions decisions;                           // once run() has returned
+  std::vector<std::vector<MeshOrigins>> origins; // likewise
+};
+
+Muxer::Muxer(const Options &options, const Observer &observer) : state(std::make_unique<State>()) {
+  state->plan = make_plan(options, observer);
 }
 
-Summary Muxer::run(const Sink &sink) {
-  EncodeJob job(summary, sink);
+Muxer::~Muxer() = default;
+Muxer::Muxer(Muxer &&) noexcept = default;
+
+size_t Muxer::frame_count() const {
+  return state->plan.frame_count();
+}
+
+Report Muxer::run(const Sink &sink) {
+  EncodeJob job(state->plan, sink);
   job.run();
-  job.finish(start);
-  return std::move(summary);
+  Report report = job.finish(state->start);
+  state->decisions = job.decisions();
+  state->origins = job.sums().origins;
+  return report;
 }
 
-void verify(Summary &summary, const InputFile &file) {
-  summary.verdict = verify(summary.plan, summary.origins, file);
+Verdict Muxer::verify(const InputFile &file) const {
+  return mux::verify(state->plan, state->decisions, state->origins, file);
 }
 
 } // namespace fvv::mux

@@ -16,7 +16,6 @@ MeshTrack coarser(const Plan &plan, const Tiling &tiling, size_t rung) {
   MeshTrack track;
   track.rung = rung;
   track.times = 1 / plan.rung_scale(rung);
-  track.sent = false;
   ErrorBudget error = plan.error;
   error.value *= track.times;
   track.lattice = plan.lattice;
@@ -60,16 +59,18 @@ void add_mesh_rungs(Plan &plan, const Tiling &tiling) {
     throw Error("--mesh-ladder on: no rung can have meshes of its own: " + plan.shares_meshes, Error::usage);
 }
 
-void settle_mesh_rungs(Plan &plan, const std::vector<uint64_t> &meshes,
-                       const std::vector<uint64_t> &pictures) {
+std::vector<MeshDecision> decide_mesh_rungs(const Plan &plan, const std::vector<uint64_t> &meshes,
+                                            const std::vector<uint64_t> &pictures) {
+  std::vector<MeshDecision> decisions(plan.meshes.size());
   size_t best = 0; // what the rung takes without meshes of its own
   for (size_t k = 1; k < plan.meshes.size(); k++) {
-    MeshTrack &track = plan.meshes[k];
-    const double whole = double(pictures[track.rung]) + double(meshes[best]);
-    track.saving = whole > 0 ? (double(meshes[best]) - double(meshes[k])) / whole : 0;
-    track.sent = plan.options.mesh_ladder == MeshLadder::on || track.saving >= least_mesh_saving;
-    if (track.sent) best = k;
+    MeshDecision &decision = decisions[k];
+    const double whole = double(pictures[plan.meshes[k].rung]) + double(meshes[best]);
+    decision.saving = whole > 0 ? (double(meshes[best]) - double(meshes[k])) / whole : 0;
+    decision.sent = plan.options.mesh_ladder == MeshLadder::on || decision.saving >= least_mesh_saving;
+    if (decision.sent) best = k;
   }
+  return decisions;
 }
 
 } // namespace fvv::mux

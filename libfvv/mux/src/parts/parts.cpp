@@ -34,16 +34,16 @@ Observer collecting(const Observer &observer, std::vector<std::string> &warnings
 }
 
 // Sums of a group that warnings about the whole stream need.
-std::string report_of(const Summary &summary, size_t group, const std::vector<std::string> &warnings) {
+std::string report_of(const StreamSums &sums, size_t group, const std::vector<std::string> &warnings) {
   Json rates = Json::array(), losses = Json::array();
-  for (size_t track = 0; track < summary.rates.size(); track++)
-    rates.push_back({{"bytes", summary.videos[track].payload},
-                     {"groups", summary.rates[track].groups},
-                     {"over", summary.rates[track].over}});
-  for (const MeshSums &sums : summary.lower_meshes)
-    losses.push_back({{"pieces", sums.decimation.vanished.pieces},
-                      {"area", sums.decimation.vanished.area},
-                      {"thin_area", sums.decimation.thin_area}});
+  for (size_t track = 0; track < sums.rates.size(); track++)
+    rates.push_back({{"bytes", sums.videos[track].payload},
+                     {"groups", sums.rates[track].groups},
+                     {"over", sums.rates[track].over}});
+  for (size_t track = 1; track < sums.meshes.size(); track++)
+    losses.push_back({{"pieces", sums.meshes[track].decimation.vanished_pieces},
+                      {"area", sums.meshes[track].decimation.vanished_area},
+                      {"thin_area", sums.meshes[track].decimation.thin_area}});
   const Json report = {{"fvv_part", 1},
                        {"group", group},
                        {"warnings", warnings},
@@ -53,35 +53,28 @@ std::string report_of(const Summary &summary, size_t group, const std::vector<st
 }
 
 // Adds the sums of a part, and its warnings.
-void add_report(Summary &summary, const std::string &text, const std::string &name,
+void add_report(StreamSums &sums, const std::string &text, const std::string &name,
                 std::vector<std::string> &warnings) {
   try {
     const nlohmann::json report =
         scene::parse_strict_json(text, name + ": the report of the part is damaged");
     for (const nlohmann::json &line : report.at("warnings")) warnings.push_back(line);
-    for (size_t track = 0; track < summary.rates.size(); track++) {
+    for (size_t track = 0; track < sums.rates.size(); track++) {
       const nlohmann::json &video = report.at("videos").at(track);
-      summary.videos[track].payload += video.at("bytes").get<uint64_t>();
-      summary.rates[track].groups += video.at("groups").get<size_t>();
-      summary.rates[track].over += video.at("over").get<size_t>();
+      sums.videos[track].payload += video.at("bytes").get<uint64_t>();
+      sums.rates[track].groups += video.at("groups").get<size_t>();
+      sums.rates[track].over += video.at("over").get<size_t>();
     }
-    for (size_t k = 0; k < summary.lower_meshes.size(); k++) {
-      const nlohmann::json &losses = report.at("lower_meshes").at(k);
-      DecimationSums &sums = summary.lower_meshes[k].decimation;
-      sums.vanished.pieces += losses.at("pieces").get<size_t>();
-      sums.vanished.area += losses.at("area").get<double>();
-      sums.thin_area += losses.at("thin_area").get<double>();
+    for (size_t track = 1; track < sums.meshes.size(); track++) {
+      const nlohmann::json &losses = report.at("lower_meshes").at(track - 1);
+      DecimationSums &of_track = sums.meshes[track].decimation;
+      of_track.vanished_pieces += losses.at("pieces").get<size_t>();
+      of_track.vanished_area += losses.at("area").get<double>();
+      of_track.thin_area += losses.at("thin_area").get<double>();
     }
   } catch (const nlohmann::json::exception &error) {
     throw Error(name + ": the report of the part is damaged: " + error.what());
   }
-}
-
-void size_sums(Summary &summary) {
-  const Plan &plan = summary.plan;
-  summary.videos.resize(plan.tracks.size());
-  summary.rates.resize(plan.tracks.size());
-  if (plan.has_meshes()) summary.lower_meshes.resize(plan.meshes.size() - 1);
 }
 
 // Passes bytes on, and keeps those that are written while kept is set.
@@ -199,15 +192,15 @@ PartPlan::PartPlan(const Options &options, const Observer &observer, const Sink 
   // Others encode from another current folder.
   given.capture = std::filesystem::absolute(scene::description_file(options.capture)).string();
   data.capture = scene::read_file(given.capture, largest_capture);
-  Summary summary;
-  summary.plan = make_plan(given, collecting(observer, data.warnings));
+  data.plan = make_plan(given, collecting(observer, data.warnings));
   std::vector<std::string> warnings;
-  summary.plan.observer = collecting(observer, warnings);
-  EncodeJob job(summary, first);
-  job.run_group(0);
-  data.nominal = job.nominal();
-  state->first_report = report_of(summary, 0, warnings);
-  data.plan = summary.plan;
+  data.plan.observer = collecting(observer, warnings);
+  {
+    EncodeJob job(data.plan, first);
+    job.run_group(0);
+    data.decisions = job.decisions();
+    state->first_report = report_of(job.sums(), 0, warnings);
+  }
   // What was loaded for planning is not needed any more.
   state->data = load_plan(save_plan(std::move(data)), given.capture, {});
 }
@@ -271,14 +264,13 @@ std::string PartPlan::encode(size_t group, uint32_t threads, const Sink &sink,
   if (scene::read_file(capture, largest_capture) != data.capture)
     throw Error(capture + ": is not the file that was planned: it has changed, or is another capture");
   std::vector<std::string> warnings;
-  Summary summary;
-  summary.plan = data.plan;
-  summary.plan.options.threads = threads;
-  summary.plan.observer = collecting(observer, warnings);
-  summary.plan.videos = std::make_shared<scene::Videos>(threads);
-  EncodeJob job(summary, sink, data.nominal, group);
+  Plan plan = data.plan;
+  plan.options.threads = threads;
+  plan.observer = collecting(observer, warnings);
+  plan.videos = std::make_shared<scene::Videos>(threads);
+  EncodeJob job(plan, sink, data.decisions, group);
   job.run_group(group);
-  return report_of(summary, group, warnings);
+  return report_of(job.sums(), group, warnings);
 }
 
 void PartPlan::check_complete(const std::string &name, const std::vector<bool> &there) const {
@@ -296,25 +288,24 @@ Merged PartPlan::merge(const std::function<Part(size_t group)> &open_part, const
   const PlanData &data = state->data;
   Merged merged;
   merged.warnings = data.warnings;
-  Summary summary;
-  summary.plan = data.plan;
-  size_sums(summary);
+  Plan plan = data.plan;
+  plan.observer = collecting({}, merged.warnings);
+  StreamSums sums(plan);
   std::string head;
   Tee tee = {sink, &head};
   const Sink through_tee = [&tee](const void *bytes, size_t size) { tee.write(bytes, size); };
-  StreamWriter writer(summary.plan, through_tee, data.nominal);
+  StreamWriter writer(plan, data.decisions, through_tee);
   tee.kept = nullptr;
   for (size_t group = 0; group < group_count(); group++) {
     observer.check_cancelled();
     const Part part = open_part(group);
     if (group && data.plan.options.repeat_configuration) writer.repeat_configuration();
     PartReader(group, *part.stream).copy(head, writer, tee);
-    add_report(summary, part.report, part.stream->path(), merged.warnings);
+    add_report(sums, part.report, part.stream->path(), merged.warnings);
     observer.progress(frames_of(group));
   }
-  merged.bytes = writer.finish();
-  summary.plan.observer = collecting({}, merged.warnings);
-  warn_at_end(summary);
+  merged.bytes = sums.bytes = writer.finish();
+  warn_at_end(plan, make_report(plan, data.decisions, sums));
   return merged;
 }
 

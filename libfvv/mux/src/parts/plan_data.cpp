@@ -146,8 +146,8 @@ struct Fields {
     auto &[codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft] = v;
     a(codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft);
   }
-  template <class A> static void of(A &a, VideoChoice &v) {
-    auto &[settings, masks, sample_frames, sample_psnr, sample_rate, record, codec_string, frames] = v;
+  template <class A> static void of(A &a, VideoDecision &v) {
+    auto &[settings, masks, sample_frames, sample_psnr, sample_rate, record, codec_string] = v;
     a(settings, masks, sample_frames, sample_psnr, sample_rate, record, codec_string);
   }
   template <class A> static void of(A &a, Silhouette &v) {
@@ -159,12 +159,12 @@ struct Fields {
     a(on, by_masks, by_mesh, reason, whole_pixels, boxes);
   }
   template <class A> static void of(A &a, VideoTrack &v) {
-    auto &[shows, tiling, choice, groups, part, encoded, sample, rung, best, id, alternate_group] = v;
-    a(shows, tiling, choice, groups, part, sample, rung, best, id, alternate_group);
+    auto &[shows, tiling, groups, part, encoded, sample, rung, best, id, alternate_group] = v;
+    a(shows, tiling, groups, part, sample, rung, best, id, alternate_group);
   }
   template <class A> static void of(A &a, MeshTrack &v) {
-    auto &[rung, times, lattice, decimation, geometry, id, visibility, colours, sent, saving] = v;
-    a(rung, times, lattice, decimation, id, visibility, colours, sent, saving);
+    auto &[rung, times, lattice, decimation, loader, id, visibility, colours] = v;
+    a(rung, times, lattice, decimation, id, visibility, colours);
   }
   template <class A> static void of(A &a, scene::Seconds &v) {
     auto &[numerator, denominator] = v;
@@ -204,6 +204,18 @@ struct Fields {
     auto &[first, count, step, left_out] = v;
     a(first, count, step, left_out);
   }
+  template <class A> static void of(A &a, VisibilityDecision &v) {
+    auto &[on, reason] = v;
+    a(on, reason);
+  }
+  template <class A> static void of(A &a, MeshDecision &v) {
+    auto &[sent, saving] = v;
+    a(sent, saving);
+  }
+  template <class A> static void of(A &a, Decisions &v) {
+    auto &[videos, meshes, visibility, nominal] = v;
+    a(videos, meshes, visibility, nominal);
+  }
   template <class A> static void of(A &a, NominalRates &v) {
     auto &[rates, sizes] = v;
     a(rates, sizes);
@@ -218,8 +230,8 @@ struct Fields {
       inset, colours, background, sounds, frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
-    auto &[plan, nominal, capture, warnings] = v;
-    a(plan, nominal, capture, warnings);
+    auto &[plan, decisions, capture, warnings] = v;
+    a(plan, decisions, capture, warnings);
   }
 };
 
@@ -339,7 +351,7 @@ private:
 };
 
 // Changes with every change of Fields.
-constexpr int plan_version = 1;
+constexpr int plan_version = 2;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);

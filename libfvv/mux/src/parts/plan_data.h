@@ -2,8 +2,8 @@
 // capture.json and the options.
 #pragma once
 
-#include "fvv_mux/plan.h"
-#include "mux/src/stream_writer.h"
+#include "mux/src/decisions.h"
+#include "mux/src/plan.h"
 
 #include <string>
 #include <string_view>
@@ -12,8 +12,8 @@
 namespace fvv::mux {
 
 struct PlanData {
-  Plan plan;                         // of a capture on disk; its first group has decided what was open
-  NominalRates nominal;              // by the first group
+  Plan plan;                         // of a capture on disk
+  Decisions decisions;               // by the first group
   std::string capture;               // the bytes of capture.json
   std::vector<std::string> warnings; // of planning
 };

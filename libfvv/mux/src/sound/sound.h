@@ -3,7 +3,7 @@
 
 #include "fvv/audio.h"
 #include "fvv_mux/encoder.h"
-#include "fvv_mux/plan.h"
+#include "mux/src/plan.h"
 
 namespace fvv::mux {
 

@@ -231,9 +231,6 @@ struct LensGap {
 // Cameras without such a part are left out.
 std::vector<LensGap> lens_gaps(const Capture &capture);
 
-// Lines of a summary.
-std::string text_of(const std::vector<LensGap> &gaps);
-
 // Only the frames of a range of numbers. Throws Error (usage) when the capture does not have both ends.
 void restrict_frames(Capture &capture, const Range &range);
 // Only the cameras that items name, each by identifier, range of identifiers, or name; no items: all. Throws

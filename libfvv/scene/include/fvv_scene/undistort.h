@@ -4,7 +4,6 @@
 #include "fvv_media/image.h"
 #include "fvv_scene/capture.h"
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -36,8 +35,6 @@ public:
   media::BasicImage<Sample> apply(size_t camera, int64_t frame, media::BasicImage<Sample> picture) const;
 
   const std::vector<Undistorted> &report() const { return reports; }
-  std::string text() const; // lines of a summary
-  nlohmann::ordered_json json() const;
 
 private:
   struct Pair {

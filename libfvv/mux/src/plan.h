@@ -1,11 +1,11 @@
 // Everything that is decided before the first byte is written: frames, the place of each camera's picture,
-// lattice, quality of the codec.
+// lattice, decimation. What depends on encoded bytes is left to Decisions (decisions.h).
 #pragma once
 
 #include "fvv/visibility.h"
 #include "fvv_geometry/decimate.h"
 #include "fvv_media/sound.h"
-#include "fvv_media/video.h"
+#include "fvv_mux/encoder.h"
 #include "fvv_mux/options.h"
 #include "fvv_render/colour_match.h"
 #include "fvv_render/texture_inset.h"
@@ -67,7 +67,7 @@ struct WindingChoice {
 };
 
 struct VisibilityChoice {
-  bool on = false;
+  bool on = false;    // of the first group at least
   bool open = false;  // whether it pays is decided by the first group
   bool known = false; // found for colours in any case: those of the first group are made before the decision
   uint8_t threshold = FVV_VISIBILITY_THRESHOLD;
@@ -112,19 +112,6 @@ struct Tiling {
   uint32_t width = 0, height = 0; // of the video frame
 };
 
-class SampleFrames; // pictures.cpp
-
-struct VideoChoice {
-  media::VideoSettings settings = {};
-  bool masks = false;          // the PSNR is that of the foreground
-  uint32_t sample_frames = 0;  // by which quality was chosen or judged, of one group
-  double sample_psnr = 0;      // dB; may be infinite
-  double sample_rate = 0;      // bits a second
-  std::vector<uint8_t> record; // the codec's, the same for every group
-  std::string codec_string;
-  std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once; may be NULL
-};
-
 // Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.
 struct Silhouette {
   uint32_t left = 0, top = 0, right = 0, bottom = 0;
@@ -143,19 +130,10 @@ struct CropChoice {
       boxes; // of each group and camera with pictures: what is seen of the scene
 };
 
-// A video track whose samples come encoded with the frames, from cameras or a GPU, and are sent as they are.
-struct EncodedTrack {
-  // Codec, size, bit depth and colours. shows, record and codec_string are not used.
-  fvv_video_config config = {};
-  std::vector<uint8_t> record; // the codec's configuration record (fvv/video.h)
-  std::vector<fvv_tile> tiles; // where each camera's picture is; the same in all frames
-};
-
 // Tracks differ in what they show, or in the rung at which they show it, and have a quality each.
 struct VideoTrack {
-  uint8_t shows; // FVV_SHOWS_TILES or FVV_SHOWS_ATLAS
-  Tiling tiling; // of groups that have no layout of their own
-  VideoChoice choice;
+  uint8_t shows;                                    // FVV_SHOWS_TILES or FVV_SHOWS_ATLAS
+  Tiling tiling;                                    // of groups that have no layout of their own
   std::vector<std::vector<fvv_tile>> groups;        // the tiles of each group; empty: those of tiling
   size_t part = 0;                                  // of the tracks of a rung that show tiles, counted from 0
   std::shared_ptr<const EncodedTrack> encoded = {}; // NULL: pictures are encoded here
@@ -183,10 +161,6 @@ struct MeshTrack {
   DecimationChoice decimation;
   std::shared_ptr<MeshLoader> loader;           // where they come from
   uint16_t id = 0, visibility = 0, colours = 0; // of its tracks in the stream
-  // Of a lower rung, decided by the first group: is it sent, and which share of the bytes of its rung it
-  // saves there.
-  bool sent = true;
-  double saving = 0;
 };
 
 struct Plan;
@@ -217,6 +191,8 @@ struct BadFrame {
   std::string reason; // with the file
 };
 
+// Made once, and passed on as const: encoding changes nothing of it. Of frames in memory, which are not known
+// at first, extend_plan adds groups between the encoding of two groups.
 struct Plan {
   Options options;
   Observer observer;
@@ -237,7 +213,7 @@ struct Plan {
                                          // as far as they are encoded here, for each further rung
   std::shared_ptr<scene::Videos> videos; // reads pictures
   std::vector<scene::VideoReport> sources;
-  bool warned = false;
+  bool warned = false; // while it was made
   CropChoice crop;
   Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent
   VisibilityChoice visibility;
@@ -259,12 +235,6 @@ struct Plan {
   double rung_scale(size_t rung) const {
     return rung ? options.ladder[rung].scale / options.ladder[0].scale : 1;
   }
-  // That a rung takes. There are meshes.
-  const MeshTrack &mesh_of(size_t rung) const {
-    const auto taken = [&](const MeshTrack &track) { return track.sent && track.rung <= rung; };
-    return *std::find_if(meshes.rbegin(), meshes.rend(), taken);
-  }
-  bool has_mesh_rungs() const { return !meshes.empty() && mesh_of(rung_count()).rung > 0; }
   bool has_meshes() const { return capture.meshes.has_value(); }
   bool has_mesh(size_t frame) const { return capture.has_mesh(capture.frames.number(int64_t(frame))); }
   size_t frame_count() const { return size_t(capture.frames.count); }
@@ -280,7 +250,7 @@ struct Plan {
   int64_t end() const { return capture.frames.places(); } // first tick after the stream
 };
 
-// All but the choice of video. Checks every file first: an Error has a line for each problem; warnings are
+// Checks every file first: an Error has a line for each problem; warnings are
 // printed.
 Plan make_plan(const Options &options, const Observer &observer);
 // The same for a capture whose frames are in memory: those that are there now are all that is looked at.
