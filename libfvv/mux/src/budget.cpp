@@ -18,18 +18,6 @@ uint32_t steps_within(double error, double step) {
   return uint32_t(std::clamp(error / step - 0.5 + 1e-9, 0.0, 32767.0)); // libfvv takes no more
 }
 
-// The sharpest look at any of some vertices, enough of them to find it.
-decimate::Sight sharpest(const geometry::Mesh &mesh, const decimate::Footprint &cameras) {
-  constexpr size_t enough = 20000;
-  const size_t stride = 1 + mesh.vertex_count() / enough;
-  decimate::Sight best;
-  for (size_t v = 0; v < mesh.vertex_count(); v += stride) {
-    const decimate::Sight sight = cameras.look(&mesh.positions[3 * v]);
-    if (sight.metres_per_pixel < best.metres_per_pixel) best = sight;
-  }
-  return best;
-}
-
 } // namespace
 
 decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame,
@@ -62,10 +50,10 @@ decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tilin
 namespace {
 
 // One frame that is far larger or smaller than the others does not decide.
-double typical_diagonal(const scene::Capture &capture) {
+double typical_diagonal(const SampledScene &scene) {
   std::vector<double> diagonals;
-  for (const int64_t number : sample_frames(capture))
-    diagonals.push_back(geometry::typical_box(frame_mesh(capture, number)).diagonal());
+  for (const SampledScene::Frame &frame : scene.frames())
+    diagonals.push_back(geometry::typical_box(frame.mesh).diagonal());
   std::sort(diagonals.begin(), diagonals.end());
   return diagonals[(diagonals.size() - 1) / 2];
 }
@@ -89,11 +77,11 @@ void place_origin(const geometry::Mesh &mesh, geometry::Lattice &lattice) {
 
 } // namespace
 
-ErrorBudget choose_budget(const Options &options, const scene::Capture &capture, const Tiling &tiling) {
+ErrorBudget choose_budget(const Options &options, const SampledScene &scene) {
+  const scene::Capture &capture = scene.of();
   ErrorBudget error;
   if (!capture.meshes) return error;
-  const int64_t first = capture.mesh_frames().front();
-  error.nearest = sharpest(frame_mesh(capture, first), footprint(capture, tiling, first));
+  error.nearest = scene.first().sharpest;
   const bool seen = std::isfinite(error.nearest.metres_per_pixel);
   if (const std::optional<MaxError> &wanted = options.max_error) {
     error.value = wanted->value;
@@ -113,7 +101,7 @@ ErrorBudget choose_budget(const Options &options, const scene::Capture &capture,
     return error;
   }
   if (seen) return error;
-  const double diagonal = typical_diagonal(capture);
+  const double diagonal = typical_diagonal(scene);
   error.is_length = true;
   error.value = diagonal / default_max_error_parts;
   error.reason =
@@ -129,8 +117,9 @@ void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool has_const
   choice.pixels = std::isfinite(pixel) ? choice.error() / pixel : 0;
 }
 
-LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const ErrorBudget &error,
+LatticeChoice choose_lattice(const Options &options, const SampledScene &scene, const ErrorBudget &error,
                              bool has_constant_topology, double delta_frames) {
+  const scene::Capture &capture = scene.of();
   // A lattice of a fifth of the step costs a key 7 bits a vertex, one of a third 5; each saves a delta frame
   // about 2.
   constexpr double many = 6, some = 1;
@@ -151,13 +140,11 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
     if (!chosen) choice.reason = "there are no meshes";
     return choice;
   }
-  const int64_t first = capture.mesh_frames().front();
-  const geometry::Mesh mesh = frame_mesh(capture, first);
   const decimate::Sight &nearest = error.nearest;
   if (!chosen) {
     const double wanted = 2 * (error.is_length ? error.value : error.value * nearest.metres_per_pixel);
     if (!std::isfinite(wanted) || !(wanted > 1e-20) || wanted > 1e20)
-      throw Error(capture.mesh_path(first) +
+      throw Error(capture.mesh_path(scene.first().number) +
                   ": expected a mesh with some extent to choose the lattice by; give "
                   "--step");
     choice.lattice.step = geometry::round_down_125(wanted / (delta_frames >= many   ? 5
@@ -170,7 +157,7 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
             : fvv::format("for %g px at camera %u, %.3g ", error.value, nearest.camera, nearest.distance) +
                   unit_of(capture) + " from the first mesh";
   }
-  if (!capture.lattice) place_origin(mesh, choice.lattice);
+  if (!capture.lattice) place_origin(scene.first().mesh, choice.lattice);
   allow_error(choice, error, has_constant_topology);
   return choice;
 }
@@ -187,9 +174,10 @@ bool warn_of_lattice(const Plan &plan) {
   return over;
 }
 
-DecimationChoice choose_decimation(const Options &options, const scene::Capture &capture,
-                                   const Tiling &tiling, const ErrorBudget &error,
-                                   const LatticeChoice &lattice, const NormalChoice &normals) {
+DecimationChoice choose_decimation(const Options &options, const SampledScene &scene,
+                                   const ErrorBudget &error, const LatticeChoice &lattice,
+                                   const NormalChoice &normals) {
+  const scene::Capture &capture = scene.of();
   DecimationChoice choice;
   choice.budget.pixels = error.value;
   choice.is_length = error.is_length;
@@ -198,12 +186,10 @@ DecimationChoice choose_decimation(const Options &options, const scene::Capture 
   // Delta frames leave errors like those of a coarser lattice.
   choice.budget.lattice = lattice.lattice;
   choice.budget.lattice.step = 2 * lattice.error();
-  std::vector<geometry::Mesh> meshes;
-  std::vector<decimate::Footprint> cameras;
-  for (const int64_t number : sample_frames(capture)) {
-    meshes.push_back(frame_mesh(capture, number));
-    cameras.push_back(footprint(capture, tiling, number, error.is_length));
-    choice.pixel = std::min(choice.pixel, sharpest(meshes.back(), cameras.back()).metres_per_pixel);
+  const decimate::Footprint length = decimate::Footprint::uniform(1);
+  for (const SampledScene::Frame &frame : scene.frames()) {
+    const decimate::Sight sight = error.is_length ? sharpest(frame.mesh, length) : frame.sharpest;
+    choice.pixel = std::min(choice.pixel, sight.metres_per_pixel);
   }
   if (options.keep_geometry) {
     choice.reason = "as --keep-geometry says";
@@ -220,9 +206,10 @@ DecimationChoice choose_decimation(const Options &options, const scene::Capture 
     choice.reason = "normals are sent, and how far they turn is not measured";
   } else {
     choice.target_error = INFINITY;
-    for (size_t i = 0; i < meshes.size() && choice.target_error > 0; i++)
-      choice.target_error =
-          decimate::find_target_error(meshes[i], cameras[i], choice.budget, choice.target_error);
+    for (const SampledScene::Frame &frame : scene.frames())
+      if (choice.target_error > 0)
+        choice.target_error = decimate::find_target_error(
+            frame.mesh, error.is_length ? length : frame.footprint, choice.budget, choice.target_error);
     choice.on = choice.target_error > 0;
     choice.reason = choice.on ? "for the budget" : "no decimation keeps the budget, the lattice included";
   }

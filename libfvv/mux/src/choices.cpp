@@ -127,20 +127,19 @@ NormalChoice judge(const geometry::Mesh &source, const std::string &name) {
 
 } // namespace
 
-NormalChoice choose_normals(const Options &options, const scene::Capture &capture) {
+NormalChoice choose_normals(const Options &options, const SampledScene &scene) {
+  const scene::Capture &capture = scene.of();
   if (!capture.meshes) return {};
   if (options.normals == Normals::never) return {0, "--normals never"};
-  const int64_t first = capture.mesh_frames().front();
-  const std::string name = capture.mesh_path(first);
-  const auto load = [&] { return frame_mesh(capture, first, nullptr, true); };
+  const std::string name = capture.mesh_path(scene.first().number);
   if (options.normals == Normals::always) {
-    if (load().normals.empty())
+    if (scene.first_with_normals().normals.empty())
       throw Error("--normals always: " + name + ": expected a normal for every corner, found none");
     return {sent_bits, "--normals always"};
   }
   // Unusable normals that were not requested are no error.
   try {
-    return judge(load(), name);
+    return judge(scene.first_with_normals(), name);
   } catch (const std::exception &error) {
     return {0, std::string("the source's are not usable: ") + error.what()};
   }
@@ -187,12 +186,12 @@ std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame)
 
 } // namespace
 
-WindingChoice choose_winding(const Options &options, const scene::Capture &capture) {
+WindingChoice choose_winding(const Options &options, const scene::Capture &capture,
+                             const std::vector<SampledMesh> &sampled) {
   WindingChoice choice;
   Pixels all;
   size_t meshes = 0, negative = 0;
-  for (const int64_t number : sample_frames(capture)) {
-    const geometry::Mesh mesh = frame_mesh(capture, number);
+  for (const auto &[number, mesh] : sampled) {
     std::optional<geometry::ViewedSurface> body;
     try {
       body.emplace(mesh.positions, mesh.faces);
@@ -202,7 +201,7 @@ WindingChoice choose_winding(const Options &options, const scene::Capture &captu
     const std::vector<fvv_camera> cameras = cameras_at(capture, number);
     std::vector<Pixels> seen(cameras.size());
     fvv::parallel(options.threads, cameras.size(),
-                  [&](size_t k) { seen[k] = look(*body, mesh, cameras[k]); });
+                  [&, &of = mesh](size_t k) { seen[k] = look(*body, of, cameras[k]); });
     for (const Pixels &pixels : seen) {
       all.covered += pixels.covered;
       all.turned_away += pixels.turned_away;
@@ -326,7 +325,7 @@ double area_of(const geometry::Mesh &mesh) {
 
 } // namespace
 
-ColourChoice choose_colours(const Plan &plan) {
+ColourChoice choose_colours(const Plan &plan, const SampledScene &scene) {
   ColourChoice choice;
   const Options &options = plan.options;
   const scene::Capture &capture = plan.capture;
@@ -347,8 +346,7 @@ ColourChoice choose_colours(const Plan &plan) {
     choice.reason = "the atlas has the colours of the whole surface";
   else {
     choice.on = true;
-    const geometry::Mesh mesh = frame_mesh(capture, capture.mesh_frames().front());
-    const double area = area_of(mesh);
+    const double area = area_of(scene.first().mesh);
     const double cells = options.colour_cells         ? options.colour_cells
                          : plan.has_constant_topology ? cells_of_runs
                                                       : cells_of_each;
@@ -369,26 +367,12 @@ constexpr size_t compared_frames = 5;
 constexpr double least_difference = 0.03; // of two cameras
 constexpr double most_left = 0.5;         // of what cameras differ by, with the gains
 
-// A camera's picture, and its mask if it has masks, in the size of its calibration.
-struct DisplayView {
-  media::Image picture, mask;
-};
-
-// None where the picture has another size, which is refused later.
-std::optional<DisplayView> display_view(const Plan &plan, size_t index, int64_t number,
-                                        const fvv_camera &calibration) {
-  const scene::Camera &camera = plan.capture.cameras[index];
-  DisplayView out = {load_display(plan, index, number), {}};
-  if (out.picture.width != calibration.width || out.picture.height != calibration.height) return {};
-  if (camera.masks) out.mask = load_view<uint8_t>(plan, index, *camera.masks, number, 1);
-  return out;
-}
-
 // What the cameras of a choice show of one frame's mesh.
-std::vector<render::PlaceLight> light_of(const Plan &plan, const MatchChoice &choice, int64_t number,
+std::vector<render::PlaceLight> light_of(const Plan &plan, const SampledScene &scene,
+                                         const MatchChoice &choice, int64_t number,
                                          const std::vector<float> &linear) {
   const scene::Capture &capture = plan.capture;
-  geometry::Mesh mesh = frame_mesh(capture, number);
+  geometry::Mesh mesh = scene.mesh(number);
   const render::MatchSurface surface(mesh.positions, std::move(mesh.faces));
   std::vector<render::PlaceLight> out(choice.cameras.size());
   fvv::parallel(plan.options.threads, out.size(), [&](size_t i) {
@@ -396,7 +380,7 @@ std::vector<render::PlaceLight> light_of(const Plan &plan, const MatchChoice &ch
     const scene::Camera &camera = capture.cameras[choice.cameras[i]];
     if (!camera.is_calibrated(number)) return;
     const fvv_camera calibration = camera.calibration_at(number);
-    const std::optional<DisplayView> view = display_view(plan, choice.cameras[i], number, calibration);
+    const std::optional<SampledScene::View> view = scene.view(plan, choice.cameras[i], number, calibration);
     if (!view) return;
     out[i] = surface.light({calibration, view->picture.pixels.data(),
                             view->mask.pixels.empty() ? nullptr : view->mask.pixels.data(), linear.data()});
@@ -406,7 +390,7 @@ std::vector<render::PlaceLight> light_of(const Plan &plan, const MatchChoice &ch
 
 } // namespace
 
-MatchChoice choose_match(const Plan &plan, bool encoded) {
+MatchChoice choose_match(const Plan &plan, const SampledScene &scene, bool encoded) {
   MatchChoice choice;
   const Options &options = plan.options;
   const scene::Capture &capture = plan.capture;
@@ -432,7 +416,7 @@ MatchChoice choose_match(const Plan &plan, bool encoded) {
   std::vector<std::vector<render::PlaceLight>> frames;
   for (size_t i = 0; i < choice.frames; i++)
     frames.push_back(
-        light_of(plan, choice, numbers[(2 * i + 1) * numbers.size() / (2 * choice.frames)], linear));
+        light_of(plan, scene, choice, numbers[(2 * i + 1) * numbers.size() / (2 * choice.frames)], linear));
   choice.found = render::match_colours(frames);
   const double departure = choice.found.departure();
   choice.on = departure > 0 && (!automatic || (choice.found.before > least_difference &&
@@ -458,8 +442,9 @@ struct CutView {
 };
 
 // What a camera shows of a mesh, cut out and made smaller; without pixels if it shows nothing of it.
-CutView cut_view(const Plan &plan, size_t index, int64_t number, const geometry::Mesh &mesh) {
+CutView cut_view(const Plan &plan, const SampledScene &scene, size_t index) {
   CutView out;
+  const auto &[number, mesh] = static_cast<const SampledMesh &>(scene.middle());
   const fvv_camera calibration = plan.capture.cameras[index].calibration_at(number);
   const Silhouette box = box_of_mesh(mesh, calibration);
   if (box.empty()) return out;
@@ -473,7 +458,7 @@ CutView cut_view(const Plan &plan, size_t index, int64_t number, const geometry:
     return media::scale(media::crop(image, box.left, box.top, width, height), tile.destination.width,
                         tile.destination.height);
   };
-  const std::optional<DisplayView> view = display_view(plan, index, number, calibration);
+  const std::optional<SampledScene::View> view = scene.view(plan, index, number, calibration);
   if (!view) return out;
   out.camera = fvv_camera_of_tile(&calibration, &tile);
   out.picture = {tile.destination.width, tile.destination.height, 3, {}};
@@ -498,32 +483,31 @@ struct CutFrame {
   }
 };
 
-CutFrame cut_frame(const Plan &plan, const std::vector<size_t> &cameras, int64_t number) {
-  geometry::Mesh mesh = frame_mesh(plan.capture, number);
+CutFrame cut_frame(const Plan &plan, const SampledScene &scene, const std::vector<size_t> &cameras) {
+  const geometry::Mesh &mesh = scene.middle().mesh;
   CutFrame out;
   out.views.resize(cameras.size());
   fvv::parallel(plan.options.threads, cameras.size(), [&](size_t i) {
     plan.observer.check_cancelled();
-    if (plan.capture.cameras[cameras[i]].is_calibrated(number))
-      out.views[i] = cut_view(plan, cameras[i], number, mesh);
+    if (plan.capture.cameras[cameras[i]].is_calibrated(scene.middle().number))
+      out.views[i] = cut_view(plan, scene, cameras[i]);
   });
   out.positions.assign(mesh.positions.begin(), mesh.positions.end());
-  out.faces = std::move(mesh.faces);
+  out.faces = mesh.faces;
   return out;
 }
 
 } // namespace
 
-InsetChoice choose_inset(const Plan &plan, bool encoded) {
+InsetChoice choose_inset(const Plan &plan, const SampledScene &scene, bool encoded) {
   InsetChoice choice;
   const Options &options = plan.options;
   const scene::Capture &capture = plan.capture;
   const std::vector<size_t> cameras = cameras_with_pictures(capture);
-  const std::vector<int64_t> numbers = capture.mesh_frames();
   if (options.texture_inset) {
     choice.inset = *options.texture_inset;
     choice.reason = "--texture-inset";
-  } else if (!capture.meshes || numbers.empty())
+  } else if (scene.frames().empty())
     choice.reason = "there are no meshes";
   else if (capture.atlas)
     choice.reason = "the atlas has the colours of the surface";
@@ -534,8 +518,8 @@ InsetChoice choose_inset(const Plan &plan, bool encoded) {
   else if (options.texture_blend == uint32_t(FVV_BLEND_PAPER))
     choice.reason = "the paper's method has none";
   if (!choice.reason.empty()) return choice;
-  choice.frame = numbers[numbers.size() / 2];
-  const CutFrame frame = cut_frame(plan, cameras, *choice.frame);
+  choice.frame = scene.middle().number;
+  const CutFrame frame = cut_frame(plan, scene, cameras);
   render::ViewOptions view;
   view.depth_test.samples = 1; // nine times the work would improve outlines alone
   view.executor = [&](size_t count, const std::function<void(size_t)> &work) {

@@ -3,25 +3,18 @@
 #pragma once
 
 #include "mux/src/plan.h"
-
-#include <set>
+#include "mux/src/sampled_scene.h"
 
 namespace fvv::mux {
 
-// Frames that stand for all: the first, the middle and the last one with a mesh.
-inline std::set<int64_t> sample_frames(const scene::Capture &capture) {
-  const std::vector<int64_t> numbers = capture.mesh_frames();
-  return {numbers.front(), numbers[numbers.size() / 2], numbers.back()};
-}
-
 // By the option; else pixels, or a length where no camera sees the first mesh. Throws Error (usage) where the
 // option's unit has no meaning for the capture.
-ErrorBudget choose_budget(const Options &options, const scene::Capture &capture, const Tiling &tiling);
+ErrorBudget choose_budget(const Options &options, const SampledScene &scene);
 
-// By the option, the capture, or the budget. capture as in the plan. delta_frames: how
+// By the option, the capture, or the budget. delta_frames: how
 // many follow a key frame on average; they take fewest bytes on a lattice finer than the error allowed, for
 // which the key frame pays. has_constant_topology: there are some at all.
-LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const ErrorBudget &error,
+LatticeChoice choose_lattice(const Options &options, const SampledScene &scene, const ErrorBudget &error,
                              bool has_constant_topology, double delta_frames);
 
 // The error that delta frames may have on a lattice, within a budget. has_constant_topology: likewise.
@@ -31,9 +24,9 @@ void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool has_const
 bool warn_of_lattice(const Plan &plan);
 
 // By the options, for a lattice that is chosen. Decimates three frames on trial.
-DecimationChoice choose_decimation(const Options &options, const scene::Capture &capture,
-                                   const Tiling &tiling, const ErrorBudget &error,
-                                   const LatticeChoice &lattice, const NormalChoice &normals);
+DecimationChoice choose_decimation(const Options &options, const SampledScene &scene,
+                                   const ErrorBudget &error, const LatticeChoice &lattice,
+                                   const NormalChoice &normals);
 
 // What cameras, or the budget, say of a pixel's size in a frame.
 decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame,
@@ -55,10 +48,11 @@ constexpr double most_quantisation_loss = 0.01; // more is a loss that is report
 // By the option; for automatic, by how many vertices of the first frame's source lie on hard edges: their own
 // faces have their normal, but all faces around their point, from which players compute it, do not. Fails if
 // normals are requested and that source has none.
-NormalChoice choose_normals(const Options &options, const scene::Capture &capture);
+NormalChoice choose_normals(const Options &options, const SampledScene &scene);
 
-// By the first, the middle and the last frame. capture as in the plan, its faces as in the files.
-WindingChoice choose_winding(const Options &options, const scene::Capture &capture);
+// meshes: of the capture, with faces as in the files.
+WindingChoice choose_winding(const Options &options, const scene::Capture &capture,
+                             const std::vector<SampledMesh> &meshes);
 
 // The winding of the stream's faces, for people. turned_away: WindingChoice::in_stream().
 std::string winding_text(double turned_away, bool by_cameras);

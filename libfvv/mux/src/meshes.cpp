@@ -68,19 +68,6 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
   return out;
 }
 
-double constant_topology_fraction(const scene::Capture &capture) {
-  constexpr int64_t most = 8; // pairs
-  const std::vector<int64_t> numbers = capture.mesh_frames();
-  const int64_t pairs = int64_t(numbers.size()) - 1, looked_at = std::min(most, pairs);
-  int64_t same = 0;
-  const auto load = [&](int64_t i) { return frame_mesh(capture, numbers[size_t(i)]); };
-  for (int64_t k = 0; k < looked_at; k++) {
-    const int64_t i = looked_at > 1 ? k * (pairs - 1) / (looked_at - 1) : 0;
-    same += same_connectivity(load(i), load(i + 1)).has_value();
-  }
-  return looked_at > 0 ? double(same) / double(looked_at) : 0;
-}
-
 MeshLoader::MeshLoader(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiles)
     : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups),
       has_constant_topology(plan.has_constant_topology), normals(plan.normals.bits != 0) {}

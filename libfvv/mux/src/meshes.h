@@ -53,10 +53,6 @@ std::optional<std::vector<uint32_t>> same_connectivity(const geometry::Mesh &a, 
 geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t> &order,
                          const geometry::Mesh &like);
 
-// Of some pairs of neighbouring frames, evenly over the capture, the fraction that has the same connectivity.
-// Frames without a mesh do not count.
-double constant_topology_fraction(const scene::Capture &capture);
-
 // Frames of a group that follow each other and have the same connectivity (connectivity.h) are a run, and
 // have the same faces after decimation, in the order of the first one's vertices: they could not be coded as
 // motion otherwise. All else is decimated frame by frame. What a frame becomes depends on the frames of its

@@ -130,6 +130,10 @@ uint8_t to_display(float linear) {
 
 } // namespace
 
+void apply_gains(const Plan &plan, size_t camera, media::Image &picture) {
+  if (plan.match.tables) plan.match.tables->apply(camera, picture);
+}
+
 media::Image load_display(const Plan &plan, size_t camera, int64_t frame) {
   const scene::PictureSource &source = *plan.capture.cameras[camera].pictures;
   if (!plan.capture.memory) return load_view<uint8_t>(plan, camera, source, frame, 3);

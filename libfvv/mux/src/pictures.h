@@ -37,6 +37,9 @@ media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene
 // The picture of a camera in 8 bits, as display values.
 media::Image load_display(const Plan &plan, size_t camera, int64_t frame);
 
+// The plan's gains, if there are any by now, for display values of a camera.
+void apply_gains(const Plan &plan, size_t camera, media::Image &picture);
+
 // The picture of the capture's atlas, for the same samples. frame: its number in file names.
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
 

@@ -12,6 +12,7 @@
 #include "mux/src/layout.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
+#include "mux/src/sampled_scene.h"
 #include "mux/src/sound/sound.h"
 #include "mux/src/stream_writer.h"
 #include "mux/src/visibility.h"
@@ -249,8 +250,9 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   plan.groups = groups_of(plan.capture, plan.group_size);
   if (options.undistort)
     plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, options.undistort_alpha);
+  std::vector<SampledMesh> sampled = sample_meshes(plan.capture);
   if (plan.has_meshes()) {
-    plan.winding = choose_winding(options, plan.capture);
+    plan.winding = choose_winding(options, plan.capture, sampled);
     plan.capture.flip_faces = plan.winding.flip;
     plan.warned = warn_of_winding(plan) || plan.warned;
   }
@@ -266,18 +268,18 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     append(cameras.cameras, track.tiling.cameras);
     append(cameras.tiles, track.tiling.tiles);
   }
-  const double shared = options.delta && plan.has_meshes() ? constant_topology_fraction(plan.capture) : 0;
+  const SampledScene scene(plan.capture, std::move(sampled), cameras);
+  const double shared = options.delta && plan.has_meshes() ? scene.constant_topology_fraction() : 0;
   plan.has_constant_topology = shared > 0;
-  plan.error = choose_budget(options, plan.capture, cameras);
-  plan.lattice = choose_lattice(options, plan.capture, plan.error, plan.has_constant_topology,
+  plan.error = choose_budget(options, scene);
+  plan.lattice = choose_lattice(options, scene, plan.error, plan.has_constant_topology,
                                 std::min(shared / (1 - shared), plan.group_size - 1.0));
   plan.warned = warn_of_lattice(plan) || plan.warned;
-  plan.normals = choose_normals(options, plan.capture);
+  plan.normals = choose_normals(options, scene);
   if (plan.has_meshes()) {
     MeshTrack track;
     track.lattice = plan.lattice;
-    track.decimation =
-        choose_decimation(options, plan.capture, cameras, plan.error, plan.lattice, plan.normals);
+    track.decimation = choose_decimation(options, scene, plan.error, plan.lattice, plan.normals);
     track.loader = std::make_shared<MeshLoader>(plan, track.decimation, cameras);
     track.id = mesh_track;
     track.visibility = visibility_track;
@@ -285,10 +287,10 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.meshes.push_back(std::move(track));
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);
-  plan.match = choose_match(plan, !encoded.empty());
+  plan.match = choose_match(plan, scene, !encoded.empty());
   if (plan.match.on) plan.match.tables = gain_tables(plan.match, plan.capture.cameras.size());
-  plan.inset = choose_inset(plan, !encoded.empty());
-  plan.colours = choose_colours(plan);
+  plan.inset = choose_inset(plan, scene, !encoded.empty());
+  plan.colours = choose_colours(plan, scene);
   plan.tracks = tile_tracks(plan, plan.whole);
   for (const VideoTrack &track : sent) {
     plan.tracks.push_back(track);
@@ -304,7 +306,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
                             : plan.capture.atlas->texture_bits.value_or(defaults.texture_bits);
   }
   add_rungs(plan);
-  add_mesh_rungs(plan, cameras);
+  add_mesh_rungs(plan, scene, cameras);
   if (plan.capture.background) {
     plan.background = pack_background(plan.capture);
     for (const std::string &warning : plan.background->warnings) plan.observer.warn(warning);

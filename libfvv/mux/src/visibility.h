@@ -3,6 +3,7 @@
 #pragma once
 
 #include "mux/src/meshes.h"
+#include "mux/src/sampled_scene.h"
 #include "mux/src/stream_writer.h"
 #include "mux/src/sums.h"
 
@@ -39,15 +40,15 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
 
 // Whether the stream is to have colours of vertices, in cells of which size, and why. Throws Error (usage) if
 // they are requested and nothing has colours.
-ColourChoice choose_colours(const Plan &plan);
+ColourChoice choose_colours(const Plan &plan, const SampledScene &scene);
 
 // Whether the pictures of cameras are to be corrected, and by how much, from a few frames. encoded: some
 // pictures come encoded. Throws Error (usage) if it is requested and cannot be done.
-MatchChoice choose_match(const Plan &plan, bool encoded);
+MatchChoice choose_match(const Plan &plan, const SampledScene &scene, bool encoded);
 
 // By the option, or by drawing cameras from the others in the middle frame, with their gains. encoded:
 // likewise.
-InsetChoice choose_inset(const Plan &plan, bool encoded);
+InsetChoice choose_inset(const Plan &plan, const SampledScene &scene, bool encoded);
 
 // Of some frames. Each is empty if the stream has none.
 struct SurfaceFrames {

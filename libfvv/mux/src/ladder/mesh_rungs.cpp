@@ -12,7 +12,7 @@ namespace fvv::mux {
 namespace {
 
 // A pixel of the rung is that many times as large as one of the first rung, and so is the error.
-MeshTrack coarser(const Plan &plan, const Tiling &tiling, size_t rung) {
+MeshTrack coarser(const Plan &plan, const SampledScene &scene, size_t rung) {
   MeshTrack track;
   track.rung = rung;
   track.times = 1 / plan.rung_scale(rung);
@@ -24,13 +24,13 @@ MeshTrack coarser(const Plan &plan, const Tiling &tiling, size_t rung) {
   // The error of a smooth surface falls as the area of its triangles does.
   if (options.triangles)
     options.triangles = uint32_t(std::max(1.0, std::round(options.triangles / track.times)));
-  track.decimation = choose_decimation(options, plan.capture, tiling, error, track.lattice, plan.normals);
+  track.decimation = choose_decimation(options, scene, error, track.lattice, plan.normals);
   return track;
 }
 
 } // namespace
 
-void add_mesh_rungs(Plan &plan, const Tiling &tiling) {
+void add_mesh_rungs(Plan &plan, const SampledScene &scene, const Tiling &tiling) {
   const bool forced = plan.options.mesh_ladder == MeshLadder::on;
   if (plan.rung_count() < 2) {
     if (forced) throw Error("--mesh-ladder on: expected --ladder", Error::usage);
@@ -44,7 +44,7 @@ void add_mesh_rungs(Plan &plan, const Tiling &tiling) {
   for (const VideoTrack &track : plan.tracks) next = std::max<uint16_t>(next, uint16_t(track.id + 1));
   const bool wanted = plan.shares_meshes.empty();
   for (size_t rung = 1; rung < plan.rung_count() && wanted; rung++) {
-    MeshTrack track = coarser(plan, tiling, rung);
+    MeshTrack track = coarser(plan, scene, rung);
     if (!track.decimation.on) { // the errors of lower rungs are larger
       plan.shares_meshes = track.decimation.reason;
       continue;

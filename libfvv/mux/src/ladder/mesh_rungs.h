@@ -2,6 +2,7 @@
 #pragma once
 
 #include "mux/src/decisions.h"
+#include "mux/src/sampled_scene.h"
 
 namespace fvv::mux {
 
@@ -11,7 +12,7 @@ constexpr double least_mesh_saving = 0.05;
 // Adds coarser meshes for lower rungs to a plan whose other tracks are chosen, for all rungs of which
 // decimation is allowed. tiling: of the cameras. Throws Error (usage) if they are requested and no rung may
 // have any.
-void add_mesh_rungs(Plan &plan, const Tiling &tiling);
+void add_mesh_rungs(Plan &plan, const SampledScene &scene, const Tiling &tiling);
 
 // Which of them are sent. Of the first group: the bytes of each mesh track with its visibility and colours,
 // and of the pictures of each rung.
