@@ -3,9 +3,9 @@
 
 #include "mux_fixture.h"
 
-#include "fvv_mux/option_texts.h"
 #include "fvvcompare/command.h"
 #include "fvvsynth/random.h"
+#include "mux/src/options/option_values.h"
 
 #include <cmath>
 
@@ -98,7 +98,7 @@ inline std::string make_stream(const Folder &folder, const std::string &capture,
   options.capture = capture;
   options.output = folder.path(leaf);
   options.keep_geometry = true;
-  options.step = fvv::mux::parse_length(step);
+  options.step = fvv::mux::parse_length("step", step);
   options.normals = normals;
   options.threads = 1;
   mux_file(options);

@@ -13,8 +13,8 @@ constexpr double rounding = 1e-15;
 std::string failure_of(const std::string &a, const std::string &b, Command options = {}) {
   try {
     compared(a, b, options);
-  } catch (const std::exception &error) {
-    return error.what();
+  } catch (const fvv::Error &error) {
+    return error.in(fvv::Spelling::command_line);
   }
   return "no failure";
 }

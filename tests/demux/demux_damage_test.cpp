@@ -178,10 +178,10 @@ TEST_CASE("a lost sample takes the pictures that depend on it, not those of othe
     choice.pictures = demux::Pictures::none;
     CHECK(attempt(scratch, stream, choice).result.meshes == 6);
     choice = {};
-    choice.frames = demux::Selection::parse("--frames", "3-5");
+    choice.frames = demux::Selection::parse("frames", "3-5");
     CHECK(attempt(scratch, stream, choice).result.losses.empty());
     // Three in four frames still fit a step when a hole is at an end.
-    choice.frames = demux::Selection::parse("--frames", "1,3-5");
+    choice.frames = demux::Selection::parse("frames", "1,3-5");
     CHECK(attempt(scratch, stream, choice).result.capture);
   }
 }

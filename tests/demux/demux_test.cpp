@@ -224,8 +224,8 @@ TEST_CASE("chosen frames and cameras are the same files as of a full run") {
                         {"0,1,5", false, 0, 3, 0},
                         {"0-5,2-3", true, 0, 6, 1}}) {
     demux::Options options;
-    options.frames = Selection::parse("--frames", c.frames);
-    options.cameras = Selection::parse("--cameras", "0,7");
+    options.frames = Selection::parse("frames", c.frames);
+    options.cameras = Selection::parse("cameras", "0,7");
     const std::string folder = scratch.path(std::to_string(number++));
     const demux::Result result = unpack(input, folder, options);
     INFO(c.frames);
@@ -343,8 +343,8 @@ TEST_CASE("a stream whose pictures take more memory than allowed is refused befo
 TEST_CASE("lists of numbers") {
   for (const char *wrong :
        {"", ",", "1,", "-1", "1-", "3-2", "a", "1 ", "1,,2", "2147483648", "1-2-3", "0x1", "1--2"})
-    CHECK_THROWS_AS(Selection::parse("--frames", wrong), fvv::Error);
-  const Selection some = Selection::parse("--frames", "7-9,2,3,8-12,2147483647");
+    CHECK_THROWS_AS(Selection::parse("frames", wrong), fvv::Error);
+  const Selection some = Selection::parse("frames", "7-9,2,3,8-12,2147483647");
   CHECK((some.has(2) && some.has(3) && !some.has(4) && !some.has(6) && some.has(12) && !some.has(13)));
   CHECK((some.largest() == 2147483647 && some.within(4, 6).empty() && some.within(3, 8).size() == 2));
   CHECK((Selection().everything() && Selection().has(5) && Selection().within(1, 0).empty()));

@@ -510,7 +510,7 @@ TEST_CASE("visibility that does not fit the mesh is refused") {
       mux::Encoder encoder(configuration, jpeg_options(), [](const void *, size_t) {});
       encoder.add(frame);
     } catch (const fvv::Error &error) {
-      return std::string(error.what());
+      return error.in(fvv::Spelling::command_line);
     }
     return std::string();
   };

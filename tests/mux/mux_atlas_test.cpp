@@ -53,8 +53,8 @@ std::string failure(const FileOptions &options) {
   try {
     mux_file(options);
     return "";
-  } catch (const std::exception &error) {
-    return error.what();
+  } catch (const fvv::Error &error) {
+    return error.in(fvv::Spelling::command_line);
   }
 }
 
@@ -223,7 +223,7 @@ TEST_CASE("what does not fit an atlas is refused before work starts") {
                            "c");
       return std::string();
     } catch (const fvv::Error &error) {
-      return std::string(error.what());
+      return error.in(fvv::Spelling::command_line);
     }
   };
   const std::string meshes = R"("meshes": {"pattern": "a.ply"}, "atlas": )";

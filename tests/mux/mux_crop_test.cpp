@@ -1,7 +1,7 @@
 // fvvmux: crops of what is seen of the scene, packed for each group of frames.
 #include "mux_fixture.h"
 
-#include "fvv_mux/option_texts.h"
+#include "mux/src/options/option_values.h"
 
 #include "mux/src/layout.h"
 
@@ -271,8 +271,7 @@ TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get mor
   options.cameras = {"3"};
   CHECK(mux_file(options).videos[0].cameras.size() == 1);
   options.crop = mux::Crop::none;
-  CHECK_THROWS_WITH(mux_file(options),
-                    "--video-pixels: expected pictures that are cropped: as --crop none says");
+  CHECK_THROWS_WITH(mux_file(options), "video-pixels: expected pictures that are cropped: as crop=none says");
 }
 
 TEST_CASE("a bound of the frame's sides is kept") {
@@ -298,12 +297,11 @@ TEST_CASE("a bound of the frame's sides is kept") {
   CHECK(mux::make_plan(options, {}).tracks.size() == 1);
   options.video_size = mux::TileSize{64, 64};
   options.frame_limit->width = 32; // less than any frame has
-  CHECK_THROWS_WITH(mux::make_plan(options, {}),
-                    "--video-size: expected more for 3 cameras: margins and guard "
-                    "bands alone take more than 64x64");
-  CHECK(mux::parse_video_size("1920x1080").height == 1080);
+  CHECK_THROWS_WITH(mux::make_plan(options, {}), "video-size: expected more for 3 cameras: margins and guard "
+                                                 "bands alone take more than 64x64");
+  CHECK(mux::parse_video_size("video-size", "1920x1080").height == 1080);
   for (const char *wrong : {"1920", "1920x", "63x64", "64x8193", "-1x64", "64x64x64"})
-    CHECK_THROWS_AS(mux::parse_video_size(wrong), fvv::Error);
+    CHECK_THROWS_AS(mux::parse_video_size("video-size", wrong), fvv::Error);
   CHECK(run_tool({options.capture, "-o", options.output, "--video-size", "64x64", "--video-pixels", "9k"})
             .exit == cli::usage);
 }

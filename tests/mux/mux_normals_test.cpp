@@ -144,7 +144,7 @@ TEST_CASE("requested normals have to be there") {
   CHECK(mux_file(options).normals.reason == "the source has none");
   options.normals = mux::Normals::always;
   CHECK_THROWS_WITH(mux_file(options),
-                    Catch::Matchers::Contains("--normals always: ") &&
+                    Catch::Matchers::Contains("normals=always: ") &&
                         Catch::Matchers::Contains("0000.ply: expected a normal for every"));
   Frames some = boxes(3);
   some[1].normals.clear();

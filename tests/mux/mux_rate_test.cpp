@@ -3,7 +3,7 @@
 #include "fvv_mux/report.h"
 #include "mux_fixture.h"
 
-#include "fvv_mux/option_texts.h"
+#include "mux/src/options/option_values.h"
 
 namespace {
 
@@ -106,8 +106,8 @@ TEST_CASE("wrong bit rates are refused, and one beside a quality") {
   CHECK(both.exit == 2);
   CHECK(both.err.find("--quality") != std::string::npos);
   CHECK(!fs::exists(out));
-  CHECK(mux::parse_bit_rate("4M") == 4000000);
-  CHECK(mux::parse_bit_rate("1.5M") == 1500000);
-  CHECK(mux::parse_bit_rate("800k") == 800000);
-  CHECK(mux::parse_bit_rate("64000") == 64000);
+  CHECK(mux::parse_bit_rate("bitrate", "4M") == 4000000);
+  CHECK(mux::parse_bit_rate("bitrate", "1.5M") == 1500000);
+  CHECK(mux::parse_bit_rate("bitrate", "800k") == 800000);
+  CHECK(mux::parse_bit_rate("bitrate", "64000") == 64000);
 }

@@ -1,5 +1,4 @@
 // fvvmux: which cameras go into a stream.
-#include "fvv_mux/option_texts.h"
 #include "mux_fixture.h"
 
 namespace {
@@ -32,7 +31,7 @@ TEST_CASE("cameras are taken by identifier, range and name") {
   CHECK(taken({"camera 1"}) == std::vector<uint16_t>{capture.cameras[1].calibration.id});
   CHECK(taken({std::to_string(all[2]), std::to_string(all[0])}) == std::vector<uint16_t>{all[0], all[2]});
   options.cameras = {"camera 9"};
-  CHECK_THROWS_WITH(mux_file(options), Catch::Contains("--cameras: expected identifiers") &&
+  CHECK_THROWS_WITH(mux_file(options), Catch::Contains("cameras: expected identifiers") &&
                                            Catch::Contains("found \"camera 9\""));
 }
 
@@ -60,27 +59,24 @@ TEST_CASE(
 
 TEST_CASE("options are set by the names of the command line, and refused by them") {
   mux::Options options;
-  mux::OptionTexts texts;
-  const auto set = [&](const char *name, const char *text) {
-    return mux::set_option(name, text, options, texts);
-  };
-  CHECK(set("codec", "av1"));
-  CHECK(set("bit-depth", "10"));
-  CHECK(set("max-error", "0.3px"));
-  CHECK(set("group", "7"));
-  CHECK(set("texture-threshold", "0.25"));
-  CHECK(set("texture-blend", "paper"));
-  CHECK(set("no-delta", "on"));
-  CHECK(set("keep-geometry", "off"));
-  CHECK(!set("max_error", "1"));
-  CHECK_THROWS_WITH(set("group", "0"), "--group: expected a whole number from 1 to 100000, found \"0\"");
+  const auto set = [&](const char *name, const char *text) { mux::set_option(options, name, text); };
+  set("codec", "av1");
+  set("bit-depth", "10");
+  set("max-error", "0.3px");
+  set("group", "7");
+  set("texture-threshold", "0.25");
+  set("texture-blend", "paper");
+  set("no-delta", "on");
+  set("keep-geometry", "off");
+  CHECK_THROWS_WITH(set("max_error", "1"), "there is no option max_error");
+  CHECK_THROWS_WITH(set("group", "0"), "group: expected a whole number from 1 to 100000, found \"0\"");
   CHECK_THROWS_WITH(set("mesh-level", "1.5"),
-                    "--mesh-level: expected a whole number from 0 to 10, found \"1.5\"");
+                    "mesh-level: expected a whole number from 0 to 10, found \"1.5\"");
   CHECK_THROWS_WITH(set("texture-threshold", "nan"),
-                    "--texture-threshold: expected a number from 0 to 1, found \"nan\"");
-  CHECK_THROWS_WITH(set("live", "1"), "--live: expected on or off, found \"1\"");
-  CHECK_THROWS_WITH(set("tile", ""), "--tile: expected a value, found \"\"");
-  mux::take_texts(options, texts);
+                    "texture-threshold: expected a number from 0 to 1, found \"nan\"");
+  CHECK_THROWS_WITH(set("live", "1"), "live: expected on or off, found \"1\"");
+  CHECK_THROWS_WITH(set("tile", ""), "tile: expected a value, found \"\"");
+  options = mux::settled(options);
   CHECK(options.codec == FVV_CODEC_AV01);
   CHECK(options.bit_depth == 10);
   CHECK(options.max_error->value == 0.3);
@@ -103,8 +99,7 @@ TEST_CASE("options are set by the names of the command line, and refused by them
   };
   for (const auto &pairs : wrong) {
     options = {};
-    texts = {};
-    for (const auto &[name, text] : pairs) CHECK(set(name, text));
-    CHECK_THROWS_WITH(mux::take_texts(options, texts), Catch::Contains(pairs[0].first));
+    for (const auto &[name, text] : pairs) set(name, text);
+    CHECK_THROWS_WITH(mux::settled(options), Catch::Contains(pairs[0].first));
   }
 }

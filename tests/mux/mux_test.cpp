@@ -43,8 +43,8 @@ std::string failure(const FileOptions &options) {
   try {
     mux_file(options);
     return "";
-  } catch (const std::exception &error) {
-    return error.what();
+  } catch (const fvv::Error &error) {
+    return error.in(fvv::Spelling::command_line);
   }
 }
 
@@ -319,7 +319,7 @@ TEST_CASE("verification finds another mesh, another picture, another camera") {
       encoded.verify(options.output);
       return std::string();
     } catch (const fvv::Error &error) {
-      return std::string(error.what());
+      return error.in(fvv::Spelling::command_line);
     }
   };
   encoded.plan.capture.cameras[1].calibration.fx += 1e-3;

@@ -49,8 +49,9 @@ inline Encoded encode_file(const FileOptions &options) {
 }
 
 inline std::string text_of(const fvv::mux::Report &report) {
-  return fvv::mux::report_text(report, "out.fvv");
+  return fvv::mux::report_text(report, "out.fvv", fvv::Spelling::command_line);
 }
 inline nlohmann::ordered_json json_of(const fvv::mux::Report &report) {
-  return nlohmann::ordered_json::parse(fvv::mux::report_json(report, "out.fvv"));
+  return nlohmann::ordered_json::parse(
+      fvv::mux::report_json(report, "out.fvv", fvv::Spelling::command_line));
 }

@@ -1,7 +1,7 @@
 // fvvmux: cameras spread over several video tracks when one frame would be more than decoders take.
 #include "mux_fixture.h"
 
-#include "fvv_mux/option_texts.h"
+#include "mux/src/options/option_values.h"
 
 #include "fvv_cxx/parallel.h"
 #include "fvv_mux/report.h"
@@ -169,7 +169,7 @@ TEST_CASE("neighbours share a track, on request") {
   options.frame_limit.reset();
   using Sets = std::vector<std::vector<size_t>>;
   const auto sets = [&](const std::string &text) {
-    options.video_tracks = mux::parse_video_tracks(text);
+    options.video_tracks = mux::parse_video_tracks("video-tracks", text);
     return cameras_of(mux::make_plan(options, {}));
   };
   CHECK(sets("1") == Sets{{0, 1, 2, 3, 4}});
@@ -186,7 +186,7 @@ TEST_CASE("neighbours share a track, on request") {
   CHECK(json["video"][0]["camera_ids"] == std::vector<int>{3, 13, 43});
   for (size_t camera = 0; camera < 5; camera++) CHECK(worst_psnr(options.output, camera) > 35);
   for (const char *wrong : {"0", "-1", "cameras", "", "1001"})
-    CHECK_THROWS_AS(mux::parse_video_tracks(wrong), fvv::Error);
+    CHECK_THROWS_AS(mux::parse_video_tracks("video-tracks", wrong), fvv::Error);
 }
 
 TEST_CASE("a set of neighbours that exceeds a frame is spread once more") {

@@ -216,7 +216,7 @@ TEST_CASE("lenses that see too far round are refused by name") {
   wide.r_max = fvv_camera_r_max(&wide);
   scene::Capture capture = capture_with(wide);
   CHECK_THROWS_WITH(scene::Undistortion(capture, 0),
-                    Catch::Contains("--undistort: camera 7: the lens shows 150 degrees"));
+                    Catch::Contains("undistort: camera 7: the lens shows 150 degrees"));
   // 74 degrees to either side, and more in the corners, is a picture.
   wide.fx = wide.fy = 240 / 1.29;
   wide.r_max = fvv_camera_r_max(&wide);

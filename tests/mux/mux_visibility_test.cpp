@@ -1,7 +1,6 @@
 // fvvmux: which cameras see what, chosen, written, the same for any number of threads, and verified.
 #include "mux_fixture.h"
 
-#include "fvv_mux/option_texts.h"
 #include "mux/src/visibility.h"
 
 #include "fvv_mux/report.h"
@@ -173,10 +172,12 @@ TEST_CASE("a camera that is too far away for the lattice has no weights, and is 
 }
 
 TEST_CASE("the option --visibility names what it takes") {
-  CHECK(mux::parse_visibility("weight") == Visibility::weights);
+  mux::Options options;
+  mux::set_option(options, "visibility", "weight");
+  CHECK(options.visibility == Visibility::weights);
   for (const std::string former : {"face", "vertex"})
-    CHECK_THROWS_WITH(mux::parse_visibility(former),
-                      "--visibility: expected auto, weight or none, found \"" + former + "\"");
+    CHECK_THROWS_WITH(mux::set_option(options, "visibility", former),
+                      "visibility: expected auto, weight or none, found \"" + former + "\"");
 }
 
 // ---- Colours of vertices.
@@ -279,5 +280,5 @@ TEST_CASE("whether colours of vertices are sent") {
   options.pictures = false;
   CHECK(!sent());
   options.colours = mux::Colours::on;
-  CHECK_THROWS_WITH(mux_file(options), Catch::Contains("--colours: there are no pictures of cameras"));
+  CHECK_THROWS_WITH(mux_file(options), Catch::Contains("colours: there are no pictures of cameras"));
 }

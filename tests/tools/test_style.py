@@ -265,3 +265,19 @@ def test_subjects_of_commits():
     subjects = git("log", "--no-merges", "--format=%s", f"{tag[0]}..HEAD")
     wrong = [s for s in subjects if len(s) > LONGEST_SUBJECT or not SUBJECT.fullmatch(s)]
     assert not wrong, "\n".join(wrong)
+
+
+LITERAL = re.compile(r'"(?:[^"\\\n]|\\.)*"')
+
+
+def test_libraries_know_no_dashes():
+    """Libraries name options by option_name(): each front end spells them in its own words."""
+    found = []
+    for path in sorted((ROOT / "libfvv").rglob("*.[ch]*")):
+        for number, line in enumerate(path.read_text().split("\n"), 1):
+            if line.lstrip().startswith(("//", "#include")):
+                continue
+            for literal in LITERAL.findall(line):
+                if re.search(r"--[a-z]", literal):
+                    found.append(f"{path.relative_to(ROOT)}:{number}: {literal}")
+    assert not found, "\n".join(found)

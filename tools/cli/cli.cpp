@@ -76,7 +76,7 @@ const std::string &tool() {
 
 void warn(const std::string &text) {
   hide_progress();
-  std::fprintf(stderr, "%s: warning: %s\n", tool_name.c_str(), text.c_str());
+  std::fprintf(stderr, "%s: warning: %s\n", tool_name.c_str(), spell(text, Spelling::command_line).c_str());
 }
 
 int run(const char *tool, const std::function<Exit()> &body) {
@@ -91,7 +91,7 @@ int run(const char *tool, const std::function<Exit()> &body) {
     if (std::fflush(stdout) != 0) throw Error("standard output: cannot write");
     return exit;
   } catch (const Error &error) {
-    print_lines(tool, error.what());
+    print_lines(tool, error.in(Spelling::command_line));
     return error.kind == Error::usage ? usage : failed;
   } catch (const std::bad_alloc &) {
     std::fprintf(stderr, "%s: out of memory\n", tool);

@@ -300,7 +300,7 @@ void commit(const std::vector<Output *> &outputs) {
     std::string left;
     for (auto output = outputs.rbegin(); output != outputs.rend(); ++output) left += (*output)->take_back();
     if (left.empty()) throw;
-    throw Error(error.what() + left, error.kind);
+    throw Error(error.line() + left, error.kind);
   }
   for (Output *output : outputs) {
     if (output->placed) flush_folder(fs::path(output->name).parent_path().string());

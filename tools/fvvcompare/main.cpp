@@ -101,7 +101,7 @@ int main(int argc, char **argv) {
   return cli::run("fvvcompare", [&] {
     if (table == "-" && as_json)
       throw Error("--json: standard output is taken by the table (--csv -)", Error::usage);
-    if (!frames.empty()) options.frames = fvv::parse_range("--frames", frames);
+    if (!frames.empty()) options.frames = fvv::parse_range("frames", frames);
     if (table != "-") options.table = table;
     compare::Result result;
     try {

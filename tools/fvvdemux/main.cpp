@@ -111,8 +111,8 @@ int main(int argc, char **argv) {
     return cli::end_of_parsing(app, error);
   }
   return cli::run("fvvdemux", [&] {
-    if (frames) options.frames = demux::Selection::parse("--frames", *frames);
-    if (cameras) options.cameras = demux::Selection::parse("--cameras", *cameras);
+    if (frames) options.frames = demux::Selection::parse("frames", *frames);
+    if (cameras) options.cameras = demux::Selection::parse("cameras", *cameras);
     demux::Result result;
     try {
       demux::demux(input, output, options, result);

@@ -99,14 +99,14 @@ void set_units(const Arguments &arguments, const import::Calibration &calibratio
 
 void set_files(const Arguments &arguments, scene::Capture &capture) {
   if (!arguments.meshes.empty())
-    capture.meshes = fvvimport::parse_pattern("--meshes", arguments.meshes, capture.frames);
+    capture.meshes = fvvimport::parse_pattern("meshes", arguments.meshes, capture.frames);
   for (scene::Camera &camera : capture.cameras) {
     if (!arguments.pictures.empty())
-      camera.pictures = fvvimport::parse_pattern("--pictures", arguments.pictures, camera, capture.frames);
+      camera.pictures = fvvimport::parse_pattern("pictures", arguments.pictures, camera, capture.frames);
     if (!arguments.videos.empty())
-      camera.pictures = fvvimport::parse_video("--videos", arguments.videos, camera, capture.frames);
+      camera.pictures = fvvimport::parse_video("videos", arguments.videos, camera, capture.frames);
     if (!arguments.masks.empty())
-      camera.masks = fvvimport::parse_pattern("--masks", arguments.masks, camera, capture.frames);
+      camera.masks = fvvimport::parse_pattern("masks", arguments.masks, camera, capture.frames);
   }
   const bool pictures = !arguments.pictures.empty(), videos = !arguments.videos.empty();
   for (size_t i = 0; i < capture.cameras.size() && (pictures || videos); i++)
@@ -134,7 +134,7 @@ cli::Exit work(const Arguments &arguments) {
   check_usage(arguments);
   scene::Capture capture;
   capture.path = arguments.output;
-  capture.frame_duration = scene::parse_frame_rate("--frame-rate", arguments.rate);
+  capture.frame_duration = scene::parse_frame_rate("frame-rate", arguments.rate);
   capture.frames = fvvimport::parse_frames(arguments.frames.value_or("0"));
   capture.up = scene::parse_up(arguments.up);
   const import::Calibration calibration = read(arguments);
@@ -169,7 +169,7 @@ cli::Exit write_sheet(Arguments &arguments) {
   if (piped && arguments.as_json) misuse("--json: standard output is taken by the sheet (--sheet -)");
   sheet.capture = arguments.inputs[0];
   sheet.force = arguments.force;
-  if (arguments.frames) sheet.frames = fvv::parse_range("--frames", *arguments.frames);
+  if (arguments.frames) sheet.frames = fvv::parse_range("frames", *arguments.frames);
   const fvvimport::SheetReport report = fvvimport::check_calibration(sheet);
   const std::string text = arguments.as_json
                                ? fvvimport::sheet_json(report).dump(

@@ -11,8 +11,7 @@ namespace fvv::fvvimport {
 namespace {
 
 [[noreturn]] void refuse(const char *option, const std::string &expected, const std::string &found) {
-  throw Error(std::string(option) + ": expected " + expected + ", found " + scene::quote(found),
-              Error::usage);
+  refuse_option(option, "expected " + expected + ", found " + scene::quote(found));
 }
 
 // Digits only: no sign.
@@ -36,7 +35,7 @@ bool parse_pair(const std::string &text, char separator, int64_t least, int64_t 
 scene::Pattern checked(const char *option, const std::string &text, const scene::Frames &frames) {
   std::string what;
   const auto pattern = scene::Pattern::parse(text, &what);
-  if (!pattern) throw Error(std::string(option) + ": " + what, Error::usage);
+  if (!pattern) refuse_option(option, what);
   if (!pattern->is_numbered() && frames.count > 1)
     refuse(option, "%d or %0Nd for the number of each of " + std::to_string(frames.count) + " frames", text);
   return *pattern;
@@ -45,8 +44,8 @@ scene::Pattern checked(const char *option, const std::string &text, const scene:
 } // namespace
 
 scene::Frames parse_frames(const std::string &text) {
-  const fvv::Range range = fvv::parse_range("--frames", text);
-  if (range.last - range.first >= 10'000'000) refuse("--frames", "at most 10000000 frames", text);
+  const fvv::Range range = fvv::parse_range("frames", text);
+  if (range.last - range.first >= 10'000'000) refuse("frames", "at most 10000000 frames", text);
   scene::Frames frames;
   frames.first = range.first;
   frames.count = range.last - range.first + 1;
@@ -57,7 +56,7 @@ Size parse_size(const std::string &text) {
   int64_t width;
   std::optional<int64_t> height;
   if (!parse_pair(text, 'x', 1, INT32_MAX, width, height) || !height)
-    refuse("--size", "WIDTHxHEIGHT like 640x480", text);
+    refuse("size", "WIDTHxHEIGHT like 640x480", text);
   return {static_cast<uint32_t>(width), static_cast<uint32_t>(*height)};
 }
 

@@ -84,7 +84,7 @@ cli::Exit write_plan(const std::string &path, const mux::Options &options, bool 
 
 cli::Exit write_parts(const std::string &folder, const PartCommand &command, uint32_t threads, bool force,
                       bool as_json) {
-  const Range range = parse_range("--part", command.part);
+  const Range range = parse_range("part", command.part);
   const mux::PartPlan plan = read_plan(folder, command.capture);
   if (range.last >= int64_t(plan.group_count()))
     throw Error("--part: expected numbers from 0 to " + std::to_string(plan.group_count() - 1) + ", found " +

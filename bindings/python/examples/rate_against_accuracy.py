@@ -21,7 +21,7 @@ def main(capture, out, frames="5"):
     with tempfile.TemporaryDirectory() as folder:
         for budget in BUDGETS:
             path = os.path.join(folder, f"{budget}.fvv")
-            fvv.mux(capture, path, budget=budget, frames=f"0-{int(frames) - 1}")
+            fvv.mux(capture, path, max_error=budget, frames=f"0-{int(frames) - 1}")
             with fvv.open(path) as clip:
                 chunks = clip.chunks()
                 rates.append(8 * chunks["size"][chunks["type"] == b"MESH"].sum() / clip.duration / 1e6)

@@ -14,7 +14,7 @@ import fvv.distributed
 def main(capture, out, workers="2"):
     from dask.distributed import Client, LocalCluster
 
-    options = {"group": 4, "budget": "5mm"}
+    options = {"group": 4, "max_error": "5mm"}
     # On a cluster: Client("tcp://scheduler:8786"), and paths or URLs that all of its machines reach.
     with (
         LocalCluster(n_workers=int(workers), threads_per_worker=1, dashboard_address=None) as cluster,

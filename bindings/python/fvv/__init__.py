@@ -4,7 +4,7 @@
         for frame in clip:
             print(frame.time, frame.mesh.positions.shape)
 
-    with fvv.Writer("copy.fvv", rate=clip.rate, budget="1mm") as writer:
+    with fvv.Writer("copy.fvv", rate=clip.rate, max_error="1mm") as writer:
         for frame in clip:
             writer.add(frame.mesh)
 

@@ -14,11 +14,16 @@ import time
 import uuid
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, Callable
+from typing import TYPE_CHECKING, Any, Callable
 
 from . import _core
 from .errors import LossWarning, UsageError
-from .writer import camera_names, option_texts
+from .options import camera_names, option_texts
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import MuxOptions
 
 _PLAN = "plan.cbor"
 _KEY = "plan.json"
@@ -33,12 +38,11 @@ def mux(
     *,
     work: str | os.PathLike[str] | None = None,
     cameras: str | Iterable[int | str] | None = None,
-    budget: str | float | None = None,
     force: bool = False,
     threads: int = 1,
     retries: int = 2,
     progress: Callable[[int, int], object] | None = None,
-    **options: Any,
+    **options: Unpack[MuxOptions],
 ) -> dict[str, Any]:
     """Packs a capture into a stream as `fvv.mux` does, with the same bytes, each group of frames as a task of its own.
 
@@ -47,7 +51,7 @@ def mux(
     local path, each task copies the files that it reads to a temporary folder: planning the whole capture, a group its own.
     work: a folder for the plan and the parts. It stays, and a later call with the same arguments continues with the
     groups that are missing. None: a folder beside out, which is removed at the end.
-    cameras, budget, options: as `fvv.mux` has them, without verify and segments. force: replaces an existing file.
+    cameras, options: as `fvv.mux` has them, without verify and segments. force: replaces an existing file.
     threads: of a task; planning takes all of its machine. retries: how often a group is tried again after an OSError; Dask
     repeats the groups of workers that die by itself.
     progress: called with frames done and frames in all, by the calling thread.
@@ -62,7 +66,7 @@ def mux(
         raise UsageError(
             "verify and segments: are options of fvv.mux; write the stream first, and read it then"
         )
-    texts = option_texts({"budget": budget, **options})
+    texts = option_texts(options)
     _refuse_existing(target, force)
     _refuse_input(target, source)
     folder = f"{target}.{uuid.uuid4().hex}.parts" if work is None else _url(work)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._core import Camera, Mesh
 from .errors import UsageError
+from .options import current_name
 
 Array = NDArray[Any]
 #: positions, indices, and normals and uvs or None.
@@ -79,7 +80,7 @@ class Decimated:
     normals: NDArray[numpy.float64] | None  #: (vertices, 3), those of the source.
     uvs: NDArray[numpy.float64] | None  #: (vertices, 2), likewise.
     vertices: NDArray[numpy.uint32]  #: (vertices,): the vertex of the source that each comes from.
-    unchanged: bool  #: The budget allows no fewer faces: it is the source.
+    unchanged: bool  #: The error allows no fewer faces: it is the source.
     rms: float  #: Metres between the surfaces, by area, in the worse direction.
     max: float  #: Metres, at the worst place.
     rms_pixels: float | None  #: The same in pixels of the cameras; None: there are none.
@@ -92,32 +93,37 @@ class Decimated:
 
 def decimate(
     mesh: MeshLike,
-    budget: str | float | None = None,
+    max_error: str | float | None = None,
     *,
     triangles: int | None = None,
     cameras: Iterable[Camera] = (),
     scale: float = 1,
     step: float | None = None,
     min_component: int = 0,
+    budget: str | float | None = None,
 ) -> Decimated:
-    """As few triangles as a budget allows, as `fvvmux` decimates (docs/encoding/budget.md).
+    """As few triangles as an error allows, as `fvvmux` decimates (docs/encoding/budget.md).
 
-    budget: rms distance between the surfaces: pixels of the cameras ("0.15px" or 0.15), at the camera that sees a place
-    sharpest, or a length ("1mm"). triangles: how many to aim at, at any error, in place of a budget.
+    max_error: rms distance between the surfaces: pixels of the cameras ("0.15px" or 0.15), at the camera that sees a place
+    sharpest, or a length ("1mm"). triangles: how many to aim at, at any error, in place of an error.
     scale: of the pictures that are sent, times those of the cameras. step: metres, of the lattice that positions are
     rounded to later, which counts as an error too; None: none. min_component: pieces with fewer faces are dropped.
+    budget: the former name of max_error.
 
     Raises `UsageError` for a mesh with indices out of range, coordinates that are not finite, or no faces.
     """
-    if (budget is None) == (triangles is None):
-        raise UsageError("decimate: expected either budget or triangles")
+    if budget is not None and max_error is None:
+        current_name("budget", stacklevel=2)
+        max_error = budget
+    if (max_error is None) == (triangles is None):
+        raise UsageError("decimate: expected either max_error or triangles")
     if not 0 < scale <= 1:
         raise UsageError(f"scale: expected a number above 0 and at most 1, found {scale}")
     if step is not None and not 0 < step < float("inf"):
         raise UsageError(f"step: expected metres above 0, found {step}")
     if not 0 <= min_component < 1 << 32:
         raise UsageError(f"min_component: expected 0 to 4294967295, found {min_component}")
-    text = None if budget is None else str(budget)
+    text = None if max_error is None else str(max_error)
     found = _core.decimate(
         mesh_arrays(mesh, "mesh"), text, triangles, list(cameras), scale, step, min_component
     )

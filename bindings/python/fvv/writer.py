@@ -7,7 +7,7 @@ import threading
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, Callable, Union
+from typing import TYPE_CHECKING, Any, Callable, Union
 
 import numpy
 
@@ -17,40 +17,16 @@ from .audio import AudioInput, sound_arguments
 from .errors import LossWarning, UsageError
 from .frames import Key
 from .meshes import MeshArrays, MeshLike, mesh_arrays
+from .options import OF_CAPTURES, camera_names, option_texts
 from .outputs import FileOutput, FolderOutput, ObjectOutput, Target, output_of
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import MuxOptions, WriterOptions
 
 #: By identifier or name of a camera, or in the order of `Writer.cameras`, None where there is nothing.
 Pictures = Union[Mapping[Key, Any], Sequence[Any]]
-_SIZES = {"tile", "video_size"}
-_INPUTS = {"meshes", "atlas", "pictures", "masks", "fps", "units"}
-_OF_CAPTURES = {"frames", "verify", "skip_bad_frames", *_INPUTS}
-
-
-def _text(name: str, value: Any) -> str:
-    """An option's value in the words of fvvmux."""
-    if isinstance(value, (bool, numpy.bool_)):
-        return "on" if value else "off"
-    if isinstance(value, (list, tuple)):
-        return ("x" if name in _SIZES else ",").join(str(part) for part in value)
-    return str(value)
-
-
-def option_texts(given: Mapping[str, Any]) -> dict[str, str]:
-    """By the long names of fvvmux. None is as if it was not given."""
-    found = {}
-    for name, value in given.items():
-        if value is not None:
-            if name == "max_error" or "-" in name:
-                raise UsageError(f"there is no option {name}")
-            found["max-error" if name == "budget" else name.replace("_", "-")] = _text(name, value)
-    return found
-
-
-def camera_names(cameras: str | Iterable[int | str] | None) -> list[str]:
-    """As the core has them; none: all."""
-    if cameras is None:
-        return []
-    return cameras.split(",") if isinstance(cameras, str) else [str(camera) for camera in cameras]
 
 
 class _Losses:
@@ -93,8 +69,8 @@ class Writer:
     target: a path, which exists when the stream is whole; a binary file object, which is not closed; or a function that
     takes bytes, for live streams. cameras: in the order of pictures without names. rate: frames per second.
     audio: `AudioInput`, or `Sound` of a clip, whose packets stay as they are (one that moves is heard everywhere then).
-    budget and options: those of `fvvmux`, with its words and defaults: `fvvmux --bit-depth 10` is `bit_depth=10`, `--max-error`
-    is `budget` ("0.15px", "1mm"), `--no-delta` is `no_delta=True`. force: replaces an existing file.
+    options: those of `fvvmux`, with its words and defaults: `fvvmux --bit-depth 10` is `bit_depth=10`, `--max-error 1mm` is
+    `max_error="1mm"`, `--no-delta` is `no_delta=True`. force: replaces an existing file.
     name: of the scene. up: "+y", ...: the axis that points up. scale_unknown: lengths are in an unknown unit.
     progress: called with the number of frames that are encoded.
 
@@ -112,13 +88,12 @@ class Writer:
         rate: float | Fraction,
         cameras: Iterable[Camera] = (),
         audio: Iterable[AudioInput | Sound] = (),
-        budget: str | float | None = None,
         force: bool = False,
         name: str = "",
         up: str | None = None,
         scale_unknown: bool = False,
         progress: Callable[[int], object] | None = None,
-        **options: Any,
+        **options: Unpack[WriterOptions],
     ) -> None:
         #: Of all frames.
         self.cameras = tuple(cameras)
@@ -127,7 +102,7 @@ class Writer:
         self.rate = _rate_of(rate)
         if up not in (None, "+x", "+y", "+z", "-x", "-y", "-z"):
             raise UsageError(f'up: expected "+x", "+y", "+z", "-x", "-y", "-z" or None, found {up!r}')
-        for option in sorted(_OF_CAPTURES & options.keys()):
+        for option in sorted((OF_CAPTURES - {"cameras", "up"}) & options.keys()):
             raise UsageError(f"{option}: is an option of fvv.mux, a writer has none")
         for camera in self.cameras:
             if not isinstance(camera, Camera):
@@ -147,7 +122,7 @@ class Writer:
         self._losses = calls.losses
         # Wrong options are refused before anything is created.
         self._core = _core.FrameWriter(
-            option_texts({"budget": budget, **options}),
+            option_texts(options),
             calls.write,
             calls.losses,
             None if progress is None else calls.step,
@@ -420,18 +395,17 @@ def mux(
     target: Target,
     *,
     cameras: str | Iterable[int | str] | None = None,
-    budget: str | float | None = None,
     force: bool = False,
     segments: str | os.PathLike[str] | None = None,
     write_capture: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], object] | None = None,
-    **options: Any,
+    **options: Unpack[MuxOptions],
 ) -> dict[str, Any]:
     """Packs a capture on disk into a stream, as `fvvmux` does, with the same bytes.
 
     capture: capture.json or its folder (spec/capture.md), or the folder of a COLMAP model or of nerfstudio's transforms.json;
     None: meshes names them all. meshes ("f/%04d.obj"), atlas, pictures, masks, fps, units, up: in place of a
-    capture.json (docs/tools/fvvmux-inputs.md); write_capture: a file for the capture.json that they amount to. target, budget, force, options: as `Writer` has them.
+    capture.json (docs/tools/fvvmux-inputs.md); write_capture: a file for the capture.json that they amount to. target, force, options: as `Writer` has them.
     cameras: identifiers, ranges ("2-5") or names of those to take. verify=True: reads the file back and compares everything
     with the capture. segments: a folder that does not exist or is empty, for the stream in files (docs/tools/fvvserve.md). progress: called with frames done and frames in all.
 
@@ -440,7 +414,7 @@ def mux(
     """
     path = "" if capture is None else os.fspath(capture)
     chosen = camera_names(cameras)
-    texts = option_texts({"budget": budget, **options})
+    texts = option_texts(options)
     if not path and "meshes" not in texts:
         raise UsageError("capture: expected a path, or None and meshes, found None")
     verifies = texts.get("verify") == "on"

@@ -20,7 +20,7 @@ geometry::Mesh compared_mesh(const py::handle &given, const std::string &name) {
   try {
     geometry::check(out, name);
   } catch (const Error &error) {
-    throw Failure(FVV_ERROR_ARGUMENT, error.what());
+    throw Failure(FVV_ERROR_ARGUMENT, error.in(Spelling::python));
   }
   return out;
 }
@@ -149,7 +149,7 @@ py::dict compare_sequences(const py::object &given_a, const py::object &given_b,
   } catch (const Error &error) {
     a.check_reading();
     b.check_reading();
-    if (error.kind == Error::usage) throw Failure(FVV_ERROR_ARGUMENT, argument_of(error.what()));
+    if (error.kind == Error::usage) throw Failure(FVV_ERROR_ARGUMENT, error.in(Spelling::python));
     throw;
   }
   // A read that failed is a loss of a frame, unless the source is the reason.

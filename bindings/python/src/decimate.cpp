@@ -2,9 +2,9 @@
 
 #include "arrays.h"
 #include "fvv_geometry/decimate.h"
-#include "fvv_mux/option_texts.h"
+#include "fvv_mux/option_table.h"
+#include "options.h"
 #include "source.h"
-#include "write.h"
 
 #include <pybind11/stl.h>
 
@@ -18,7 +18,7 @@ struct Wanted {
   decimate::Budget budget;
 };
 
-Wanted wanted_of(const std::optional<std::string> &budget, const std::optional<int64_t> &triangles,
+Wanted wanted_of(const std::optional<std::string> &max_error, const std::optional<int64_t> &triangles,
                  const std::vector<std::shared_ptr<Camera>> &cameras, double scale) {
   Wanted out;
   for (const auto &camera : cameras) out.footprint.add(camera->calibration, scale, scale);
@@ -31,7 +31,9 @@ Wanted wanted_of(const std::optional<std::string> &budget, const std::optional<i
   }
   const mux::MaxError error = [&] {
     try {
-      return mux::parse_max_error(*budget);
+      mux::Options options;
+      mux::set_option(options, "max-error", *max_error);
+      return *options.max_error;
     } catch (const Error &refused) {
       refuse(refused, FVV_ERROR_ARGUMENT);
     }
@@ -41,7 +43,8 @@ Wanted wanted_of(const std::optional<std::string> &budget, const std::optional<i
     out.footprint = decimate::Footprint::uniform(1);
   else if (cameras.empty())
     throw Failure(FVV_ERROR_ARGUMENT,
-                  "budget: expected a length such as 1mm, because there are no cameras, found " + *budget);
+                  "max_error: expected a length such as 1mm, because there are no cameras, found " +
+                      *max_error);
   return out;
 }
 
@@ -51,13 +54,13 @@ template <class T> py::object rows(const std::vector<T> &values, py::ssize_t col
   return owning(std::move(copy), {py::ssize_t(values.size()) / columns, columns});
 }
 
-py::dict decimated(const py::object &given, const std::optional<std::string> &budget,
+py::dict decimated(const py::object &given, const std::optional<std::string> &max_error,
                    const std::optional<int64_t> &triangles,
                    const std::vector<std::shared_ptr<Camera>> &cameras, double scale,
                    const std::optional<double> &step, uint32_t min_piece) {
   const geometry::Mesh mesh = py::isinstance<Mesh>(given) ? mesh_of(given.cast<const Mesh &>())
                                                           : mesh_of(given.cast<py::tuple>(), "mesh");
-  Wanted wanted = wanted_of(budget, triangles, cameras, scale);
+  Wanted wanted = wanted_of(max_error, triangles, cameras, scale);
   wanted.budget.min_piece = min_piece;
   const decimate::Decimated made = [&] {
     const py::gil_scoped_release release;
@@ -95,7 +98,7 @@ py::dict decimated(const py::object &given, const std::optional<std::string> &bu
 } // namespace
 
 void register_decimate(py::module_ &module) {
-  module.def("decimate", &decimated, py::arg("mesh"), py::arg("budget"), py::arg("triangles"),
+  module.def("decimate", &decimated, py::arg("mesh"), py::arg("max_error"), py::arg("triangles"),
              py::arg("cameras"), py::arg("scale"), py::arg("step"), py::arg("min_piece"));
 }
 

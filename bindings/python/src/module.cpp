@@ -6,6 +6,7 @@
 #include "decimate.h"
 #include "information.h"
 #include "live/reader.h"
+#include "options.h"
 #include "parts.h"
 #include "render.h"
 #include "source.h"
@@ -90,6 +91,7 @@ PYBIND11_MODULE(_core, module) {
   register_live(module);
   register_render(module);
   register_compare(module);
+  register_options(module);
   register_write(module);
   register_parts(module);
   register_decimate(module);

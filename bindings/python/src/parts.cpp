@@ -1,8 +1,8 @@
 #include "parts.h"
 
 #include "fvv_mux/parts.h"
+#include "options.h"
 #include "source.h"
-#include "write.h"
 
 #include <cerrno>
 #include <cstdio>

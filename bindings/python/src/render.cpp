@@ -44,10 +44,10 @@ view::Options options_of(const py::object &target, const py::dict &given) {
   });
   take("focal", [&](const py::object &v) { out.target.focal = v.cast<double>(); });
   take("sources", [&](const py::object &v) {
-    out.sources = demux::Selection::parse("--sources", list_of(v.cast<std::vector<uint16_t>>()));
+    out.sources = demux::Selection::parse("sources", list_of(v.cast<std::vector<uint16_t>>()));
   });
   take("exclude", [&](const py::object &v) {
-    out.excluded = demux::Selection::parse("--exclude", list_of(v.cast<std::vector<uint16_t>>()));
+    out.excluded = demux::Selection::parse("exclude", list_of(v.cast<std::vector<uint16_t>>()));
   });
   take("blend", [&](const py::object &v) {
     out.blend = v.cast<std::string>() == "paper" ? render::Blend::paper : render::Blend::viewer;
@@ -98,8 +98,8 @@ py::dict render_frame(Stream &clip, size_t frame, const py::object &target, cons
     throw Failure(error.diagnostic, clip.name(), error.what());
   } catch (const Error &error) {
     clip.check_reading();
-    if (error.kind == Error::usage) throw Failure(FVV_ERROR_ARGUMENT, argument_of(error.what()));
-    throw Failure(FVV_ERROR_DAMAGED, error.what());
+    if (error.kind == Error::usage) throw Failure(FVV_ERROR_ARGUMENT, error.in(Spelling::python));
+    throw Failure(FVV_ERROR_DAMAGED, error.in(Spelling::python));
   }
   clip.check_reading();
   const py::ssize_t width = picture.width, height = picture.height,

@@ -88,16 +88,10 @@ void register_failures() {
     } catch (const StreamError &error) {
       raise(Failure(error.diagnostic, "", error.what()));
     } catch (const Error &error) {
-      raise(Failure(error.kind == Error::usage ? FVV_ERROR_ARGUMENT : FVV_ERROR_DAMAGED, error.what()));
+      raise(Failure(error.kind == Error::usage ? FVV_ERROR_ARGUMENT : FVV_ERROR_DAMAGED,
+                    error.in(Spelling::python)));
     }
   });
-}
-
-std::string argument_of(std::string line) {
-  if (line.rfind("--", 0)) return line;
-  line.erase(0, 2);
-  std::replace(line.begin(), line.begin() + std::ptrdiff_t(std::min(line.find(':'), line.size())), '-', '_');
-  return line;
 }
 
 py::object chunk_name(uint32_t type) {

@@ -34,9 +34,6 @@ void require(fvv_status status, const fvv_diagnostic &diagnostic, const std::str
 // Makes Failure and fvv::Error exceptions of fvv/errors.py.
 void register_failures();
 
-// Libraries name options of the command line: "--visible-by: ..." is about the argument visible_by.
-std::string argument_of(std::string line);
-
 // "MESH"; None for 0.
 py::object chunk_name(uint32_t type);
 

@@ -5,9 +5,9 @@
 #include "fvv_media/video.h"
 #include "fvv_mux/encoder.h"
 #include "fvv_mux/mux.h"
-#include "fvv_mux/option_texts.h"
 #include "fvv_mux/segments.h"
 #include "fvv_scene/inputs.h"
+#include "options.h"
 #include "source.h"
 
 #include <algorithm>
@@ -18,46 +18,6 @@
 #include <thread>
 
 namespace fvv::python {
-
-std::string python_words(const std::string &message) {
-  std::string out;
-  for (size_t i = 0; i < message.size();) {
-    const bool begins = message.compare(i, 2, "--") == 0 && (!i || message[i - 1] != '-');
-    size_t end = i + 2;
-    while (begins && end < message.size() && (std::islower(uint8_t(message[end])) || message[end] == '-'))
-      end++;
-    if (!begins || end == i + 2) {
-      out += message[i++];
-      continue;
-    }
-    std::string name = message.substr(i + 2, end - i - 2);
-    std::replace(name.begin(), name.end(), '-', '_');
-    out += name == "max_error" ? "budget" : name;
-    i = end;
-  }
-  return out;
-}
-
-void refuse(const Error &error, fvv_status broken) {
-  throw Failure(error.kind == Error::usage ? FVV_ERROR_ARGUMENT : broken, python_words(error.what()));
-}
-
-mux::Options options_of(const py::dict &given) {
-  mux::Options options;
-  options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
-  mux::OptionTexts texts;
-  try {
-    for (const auto &[key, value] : given) {
-      const auto name = py::cast<std::string>(key);
-      if (!mux::set_option(name, py::cast<std::string>(value), options, texts))
-        throw Failure(FVV_ERROR_ARGUMENT, "there is no option " + python_words("--" + name));
-    }
-    mux::take_texts(options, texts);
-  } catch (const Error &error) {
-    refuse(error, FVV_ERROR_ARGUMENT);
-  }
-  return options;
-}
 
 namespace {
 
@@ -203,7 +163,9 @@ public:
     guarded([&] { report->verdict = muxer->verify(InputFile(path)); });
   }
 
-  py::object result(const std::string &output) const { return parsed(mux::report_json(*report, output)); }
+  py::object result(const std::string &output) const {
+    return parsed(mux::report_json(*report, output, Spelling::python));
+  }
 
 private:
   template <class Work> void guarded(const Work &work) { calls.guard(FVV_ERROR_DAMAGED, work); }
@@ -332,7 +294,7 @@ public:
     failed = true;
     std::optional<mux::Report> report;
     guarded([&] { report.emplace(encoder->finish()); });
-    const py::object out = parsed(mux::report_json(*report, output));
+    const py::object out = parsed(mux::report_json(*report, output, Spelling::python));
     close();
     return out;
   }

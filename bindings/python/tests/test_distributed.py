@@ -243,7 +243,7 @@ def test_groups_that_fail_together_on_a_cluster(capture, tmp_path):
 
 
 def test_warnings_are_those_of_one_run(capture, tmp_path):
-    starved = {"group": 3, "bitrate": "8k", "max_error": None, "budget": "1mm"}
+    starved = {"group": 3, "bitrate": "8k", "max_error": "1mm"}
     with warnings.catch_warnings(record=True) as one:
         warnings.simplefilter("always")
         fvv.mux(capture, tmp_path / "one.fvv", **starved)

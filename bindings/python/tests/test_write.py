@@ -37,7 +37,7 @@ def command(options):
     """Keyword arguments as fvvmux takes them."""
     out = []
     for name, value in options.items():
-        out.append("--" + ("max-error" if name == "budget" else name.replace("_", "-")))
+        out.append("--" + name.replace("_", "-"))
         if value is not True:
             out.append(",".join(map(str, value)) if isinstance(value, (tuple, list)) else str(value))
     return out
@@ -66,12 +66,12 @@ def test_mux_is_fvvmux(players, tmp_path):
 @pytest.mark.parametrize(
     "options",
     [
-        {"codec": "jpeg", "budget": "2mm"},
+        {"codec": "jpeg", "max_error": "2mm"},
         {"codec": "jpeg", "quality": 60, "keep_geometry": True, "visibility": "weight", "ladder": (1, 0.5)},
-        {"no_pictures": True, "budget": "0.5px", "mesh_profile": "fast", "no_delta": True},
+        {"no_pictures": True, "max_error": "0.5px", "mesh_profile": "fast", "no_delta": True},
         {"no_meshes": True, "codec": "h264", "quality": "35dB", "scale": 0.5, "background": "keep"},
     ],
-    ids=["budget", "ladder", "meshes", "pictures"],
+    ids=["error", "ladder", "meshes", "pictures"],
 )
 def test_a_writer_is_fvvmux(players, tmp_path, options):
     # All frames are one group, so that both plan by the same frames; a writer leaves room in cropped layouts.
@@ -117,7 +117,7 @@ def test_every_option_of_fvvmux_has_its_name():
     others.add("write-capture")  # a parameter of fvv.mux
     of_parts = {"plan", "part", "merge", "capture"}  # fvv.distributed
     for word in words - others - of_parts:
-        name = "budget" if word == "max-error" else word.replace("-", "_")
+        name = word.replace("-", "_")
         with pytest.raises(fvv.UsageError) as caught:
             fvv.mux("/nowhere", io.BytesIO(), **{name: "?"})
         assert re.match(rf"{name}: expected .*, found", str(caught.value)), caught.value
@@ -591,14 +591,14 @@ def test_a_refused_first_frame_decides_nothing():
     [
         ({"codec": "mpeg2"}, 'codec: expected jpeg, h264, .*, found "mpeg2"'),
         ({"bit_depth": 10}, "bit_depth: "),
-        ({"budget": "1px mm"}, 'budget: expected pixels .*, found "1px mm"'),
+        ({"max_error": "1px mm"}, 'max_error: expected pixels .*, found "1px mm"'),
         ({"group": 0}, 'group: expected a whole number from 1 to 100000, found "0"'),
         ({"group": 2.5}, 'found "2.5"'),
         ({"ladder": [1, 2]}, "ladder: expected 2 to 8 falling scales"),
         ({"tile": (64, 48), "scale": 0.5}, "tile: expected without scale, found both"),
         ({"tile": (0, 48)}, 'tile: expected WIDTHxHEIGHT .*, found "0x48"'),
         ({"quality": 20, "bitrate": "1M"}, "quality: expected without bitrate"),
-        ({"max_error": 1}, "there is no option max_error"),
+        ({"max-error": 1}, "there is no option max-error"),
         ({"colour": "on"}, "there is no option colour"),
         ({"frames": "1-2"}, "frames: is an option of fvv.mux"),
         ({"verify": True}, "verify: is an option of fvv.mux"),
@@ -751,13 +751,13 @@ def test_decimation_keeps_its_budget():
     content, _ = written([(some.mesh(),)], keep_geometry=True)
     assert fvv.open(content)[0].mesh.face_count == len(some.indices)
     for arguments, text in [
-        ({}, "either budget or triangles"),
-        ({"budget": "1mm", "triangles": 5}, "either budget or triangles"),
-        ({"budget": 0.15}, "because there are no cameras"),
-        ({"budget": "1 inch"}, "budget: expected pixels"),
+        ({}, "either max_error or triangles"),
+        ({"max_error": "1mm", "triangles": 5}, "either max_error or triangles"),
+        ({"max_error": 0.15}, "because there are no cameras"),
+        ({"max_error": "1 inch"}, "max_error: expected pixels"),
         ({"triangles": 0}, "triangles: expected 1 or more"),
-        ({"budget": "1mm", "scale": 2}, "scale: expected"),
-        ({"budget": "1mm", "step": 0}, "step: expected"),
+        ({"max_error": "1mm", "scale": 2}, "scale: expected"),
+        ({"max_error": "1mm", "step": 0}, "step: expected"),
     ]:
         with pytest.raises(fvv.UsageError, match=text):
             fvv.decimate(mesh, **arguments)

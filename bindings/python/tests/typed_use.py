@@ -42,7 +42,7 @@ def follow(reader: fvv.Reader, data: bytes) -> int:
 
 
 def write(path: str, source: str) -> int:
-    with fvv.open(source) as clip, fvv.Writer(path, rate=clip.rate, budget="1mm", codec="jpeg") as writer:
+    with fvv.open(source) as clip, fvv.Writer(path, rate=clip.rate, max_error="1mm", codec="jpeg") as writer:
         for frame in clip:
             writer.add(frame.mesh, time=frame.time)
     summary = writer.summary or fvv.mux("capture", path, force=True, threads=1)
@@ -54,7 +54,7 @@ def write(path: str, source: str) -> int:
 def spread(path: str) -> float:
     with ProcessPoolExecutor(2) as pool:
         found = fvv.distributed.mux(
-            "s3://bucket/capture", path, pool, work="s3://bucket/work", budget="1mm", group=25
+            "s3://bucket/capture", path, pool, work="s3://bucket/work", max_error="1mm", group=25
         )
     seconds: float = found["seconds"]["plan"]
     return seconds

@@ -186,16 +186,15 @@ std::string text_of(fvv_rational duration) {
   return std::to_string(duration.numerator) + "/" + std::to_string(duration.denominator) + " s";
 }
 
-// The numbers of A by --frames and --start.
+// The numbers of A by the options frames and start.
 const Sequence::Frame &frame_of(const Sequence &a, int64_t number, const char *option) {
   const auto &list = a.frames();
   const auto found =
       std::find_if(list.begin(), list.end(), [&](const auto &f) { return f.number == number; });
   if (found != list.end()) return *found;
-  throw Error(std::string(option) + ": expected a frame of " + a.path() + ", which has " +
-                  std::to_string(list.front().number) + " to " + std::to_string(list.back().number) +
-                  ", found " + std::to_string(number),
-              Error::usage);
+  refuse_option(option, "expected a frame of " + a.path() + ", which has " +
+                            std::to_string(list.front().number) + " to " +
+                            std::to_string(list.back().number) + ", found " + std::to_string(number));
 }
 
 // "a.fvv: 3 of 50 frames have no partner: 47 to 49"
@@ -230,13 +229,13 @@ Matching match(const Sequence &a, const Sequence &b, const std::optional<fvv::Ra
     throw Error("unlike frame rates: a frame of " + a.path() + " lasts " + text_of(one) + ", one of " +
                 b.path() + " " + text_of(other));
   const bool by_number = !start && a.is_capture() && b.is_capture();
-  const int64_t shift = start ? frame_of(a, *start, "--start").place : 0;
+  const int64_t shift = start ? frame_of(a, *start, "start").place : 0;
   const auto key_of_a = [&](const Sequence::Frame &f) { return by_number ? f.number : f.place; };
   const auto key_of_b = [&](const Sequence::Frame &f) { return by_number ? f.number : f.place + shift; };
   int64_t first = INT64_MIN, last = INT64_MAX; // selected keys
   if (frames) {
-    first = key_of_a(frame_of(a, frames->first, "--frames"));
-    last = key_of_a(frame_of(a, frames->last, "--frames"));
+    first = key_of_a(frame_of(a, frames->first, "frames"));
+    last = key_of_a(frame_of(a, frames->last, "frames"));
   }
   const auto &in_a = a.frames(), &in_b = b.frames();
   std::vector<bool> counts_a(in_a.size()), counts_b(in_b.size()), met_a(in_a.size()), met_b(in_b.size());
@@ -254,8 +253,8 @@ Matching match(const Sequence &a, const Sequence &b, const std::optional<fvv::Ra
     k += right <= left;
   }
   if (out.pairs.empty())
-    throw Error(a.path() + " and " + b.path() +
-                " have no frame in common; --start says which frame of the first is the second's first");
+    throw Error(a.path() + " and " + b.path() + " have no frame in common; " + option_name("start") +
+                " says which frame of the first is the second's first");
   tell_alone(a, counts_a, met_a, out.warnings);
   tell_alone(b, counts_b, met_b, out.warnings);
   return out;

@@ -30,11 +30,9 @@ std::optional<Range> scan_range(std::string_view text) {
 Range parse_range(const std::string &option, const std::string &text) {
   const std::optional<Range> range = scan_range(text);
   if (!range)
-    throw Error(
-        option +
-            ": expected a number or two such as 10-19 or 10..19, the second not below the first, found '" +
-            text + "'",
-        Error::usage);
+    refuse_option(
+        option, "expected a number or two such as 10-19 or 10..19, the second not below the first, found '" +
+                    text + "'");
   return *range;
 }
 

@@ -16,8 +16,7 @@ Selection Selection::parse(const std::string &option, const std::string &text) {
     at = comma + 1;
   }
   if (!good)
-    throw Error(option + ": expected numbers from 0 to 2147483647 such as 0-9,25, found '" + text + "'",
-                Error::usage);
+    refuse_option(option, "expected numbers from 0 to 2147483647 such as 0-9,25, found '" + text + "'");
   std::sort(found.begin(), found.end(),
             [](const fvv::Range &a, const fvv::Range &b) { return a.first < b.first; });
   Selection out;

@@ -86,17 +86,19 @@ ErrorBudget choose_budget(const Options &options, const SampledScene &scene) {
   if (const std::optional<MaxError> &wanted = options.max_error) {
     error.value = wanted->value;
     if (wanted->unit == MaxError::metres && capture.scale_unknown)
-      throw Error("--max-error: expected pixels or, without cameras, a plain number of the capture's units, "
-                  "because its scale is unknown",
+      throw Error(option_name("max-error") +
+                      ": expected pixels or, without cameras, a plain number of the capture's units, "
+                      "because its scale is unknown",
                   Error::usage);
     error.is_length = wanted->unit == MaxError::metres ||
                       (wanted->unit == MaxError::plain && !seen && capture.scale_unknown);
-    error.reason = "as --max-error says";
+    error.reason = "as " + option_name("max-error") + " says";
     if (!error.is_length && !seen)
       throw Error(
-          fvv::format("--max-error: expected a length such as 1mm, because %s, found %g pixels",
-                      capture.cameras.empty() ? "there are no cameras" : "no camera sees the first mesh",
-                      wanted->value),
+          option_name("max-error") +
+              fvv::format(": expected a length such as 1mm, because %s, found %g pixels",
+                          capture.cameras.empty() ? "there are no cameras" : "no camera sees the first mesh",
+                          wanted->value),
           Error::usage);
     return error;
   }
@@ -128,11 +130,12 @@ LatticeChoice choose_lattice(const Options &options, const SampledScene &scene, 
   const bool chosen = options.step || capture.lattice;
   if (options.step) {
     if (options.step->metric && capture.scale_unknown)
-      throw Error("--step: expected a plain number of the capture's units, because its scale is "
-                  "unknown",
+      throw Error(option_name("step") +
+                      ": expected a plain number of the capture's units, because its scale is "
+                      "unknown",
                   Error::usage);
     choice.lattice.step = options.step->value;
-    choice.reason = "as --step says";
+    choice.reason = "as " + option_name("step") + " says";
   } else if (capture.lattice) {
     choice.reason = "as the capture says";
   }
@@ -145,8 +148,7 @@ LatticeChoice choose_lattice(const Options &options, const SampledScene &scene, 
     const double wanted = 2 * (error.is_length ? error.value : error.value * nearest.metres_per_pixel);
     if (!std::isfinite(wanted) || !(wanted > 1e-20) || wanted > 1e20)
       throw Error(capture.mesh_path(scene.first().number) +
-                  ": expected a mesh with some extent to choose the lattice by; give "
-                  "--step");
+                  ": expected a mesh with some extent to choose the lattice by; give " + option_name("step"));
     choice.lattice.step = geometry::round_down_125(wanted / (delta_frames >= many   ? 5
                                                              : delta_frames >= some ? 3
                                                                                     : 1));
@@ -170,7 +172,7 @@ bool warn_of_lattice(const Plan &plan) {
   if (over)
     plan.observer.warn(plan.capture.path + ": the lattice step of " +
                        length_text(plan, lattice.lattice.step) + ", " + lattice.reason +
-                       ", errs by more than --max-error allows, " + budget_text(plan));
+                       ", errs by more than " + option_name("max-error") + " allows, " + budget_text(plan));
   return over;
 }
 
@@ -192,12 +194,13 @@ DecimationChoice choose_decimation(const Options &options, const SampledScene &s
     choice.pixel = std::min(choice.pixel, sight.metres_per_pixel);
   }
   if (options.keep_geometry) {
-    choice.reason = "as --keep-geometry says";
+    choice.reason = "as " + option_name("keep-geometry") + " says";
   } else if (options.triangles) {
     choice.on = true;
-    choice.reason = "as --triangles says";
+    choice.reason = "as " + option_name("triangles") + " says";
   } else if (error.is_length && !options.max_error) {
-    choice.reason = "no camera tells how large a pixel is, and --max-error does not say how much may change";
+    choice.reason = "no camera tells how large a pixel is, and " + option_name("max-error") +
+                    " does not say how much may change";
   } else if (capture.lattice && !options.max_error) {
     choice.reason = "the capture brings its lattice, as meshes do that have been in a stream";
   } else if (capture.atlas && !options.max_error) {

@@ -130,12 +130,13 @@ NormalChoice judge(const geometry::Mesh &source, const std::string &name) {
 NormalChoice choose_normals(const Options &options, const SampledScene &scene) {
   const scene::Capture &capture = scene.of();
   if (!capture.meshes) return {};
-  if (options.normals == Normals::never) return {0, "--normals never"};
+  if (options.normals == Normals::never) return {0, option_name("normals", "never")};
   const std::string name = capture.mesh_path(scene.first().number);
   if (options.normals == Normals::always) {
     if (scene.first_with_normals().normals.empty())
-      throw Error("--normals always: " + name + ": expected a normal for every corner, found none");
-    return {sent_bits, "--normals always"};
+      throw Error(option_name("normals", "always") + ": " + name +
+                  ": expected a normal for every corner, found none");
+    return {sent_bits, option_name("normals", "always")};
   }
   // Unusable normals that were not requested are no error.
   try {
@@ -222,11 +223,13 @@ WindingChoice choose_winding(const Options &options, const scene::Capture &captu
 bool warn_of_winding(const Plan &plan) {
   const WindingChoice &choice = plan.winding;
   if (choice.in_stream() <= inside_out || plan.options.winding == Winding::keep) return false;
-  plan.observer.warn(
-      plan.capture.path + ": " + (choice.flip ? "with --winding flip " : "") +
-      winding_text(choice.in_stream(), choice.by_cameras) + ": the faces are inside out" +
-      (choice.by_cameras ? ", and players find no colours for them" : "") +
-      (choice.flip ? "" : " (--winding flip turns them round, keep keeps them without this warning)"));
+  plan.observer.warn(plan.capture.path + ": " +
+                     (choice.flip ? "with " + option_name("winding", "flip") + " " : "") +
+                     winding_text(choice.in_stream(), choice.by_cameras) + ": the faces are inside out" +
+                     (choice.by_cameras ? ", and players find no colours for them" : "") +
+                     (choice.flip ? ""
+                                  : " (" + option_name("winding", "flip") +
+                                        " turns them round, keep keeps them without this warning)"));
   return true;
 }
 
@@ -279,9 +282,9 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
                             ? (automatic ? "there are no pictures of cameras" : "there are no cameras")
                             : nullptr;
   if (options.visibility == Visibility::none)
-    choice.reason = "--visibility none";
+    choice.reason = option_name("visibility", "none");
   else if (missing && !automatic)
-    throw Error(std::string("--visibility: ") + missing, Error::usage);
+    refuse_option("visibility", missing);
   else if (missing)
     choice.reason = missing;
   else if (automatic && !given && choice.cameras.size() == 1)
@@ -289,7 +292,7 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
   else {
     choice.on = choice.known = true;
     choice.open = automatic && !given;
-    choice.reason = !automatic ? "--visibility" : given ? "it comes with the frames" : "";
+    choice.reason = !automatic ? option_name("visibility") : given ? "it comes with the frames" : "";
   }
   return choice;
 }
@@ -335,13 +338,13 @@ ColourChoice choose_colours(const Plan &plan, const SampledScene &scene) {
                         : choice.cameras.empty() ? "there are no pictures of cameras"
                                                  : nullptr;
   if (options.colours == Colours::off)
-    choice.reason = "--colours off";
+    choice.reason = option_name("colours", "off");
   else if (missing && !automatic)
-    throw Error(std::string("--colours: ") + missing, Error::usage);
+    refuse_option("colours", missing);
   else if (missing)
     choice.reason = missing;
   else if (automatic && options.texture_unseen)
-    choice.reason = "--texture-unseen is shown where no camera sees the surface";
+    choice.reason = option_name("texture-unseen") + " is shown where no camera sees the surface";
   else if (automatic && capture.atlas)
     choice.reason = "the atlas has the colours of the whole surface";
   else {
@@ -402,9 +405,9 @@ MatchChoice choose_match(const Plan &plan, const SampledScene &scene, bool encod
                         : options.codec == FVV_CODEC_OEXR ? "pictures in OpenEXR stay as they are"
                                                           : nullptr;
   if (options.match_colours == MatchColours::off)
-    choice.reason = "--match-colours off";
+    choice.reason = option_name("match-colours", "off");
   else if (missing && !automatic)
-    throw Error(std::string("--match-colours: ") + missing, Error::usage);
+    refuse_option("match-colours", missing);
   else if (missing)
     choice.reason = missing;
   else if (automatic && capture.atlas)
@@ -506,7 +509,7 @@ InsetChoice choose_inset(const Plan &plan, const SampledScene &scene, bool encod
   const std::vector<size_t> cameras = cameras_with_pictures(capture);
   if (options.texture_inset) {
     choice.inset = *options.texture_inset;
-    choice.reason = "--texture-inset";
+    choice.reason = option_name("texture-inset");
   } else if (scene.frames().empty())
     choice.reason = "there are no meshes";
   else if (capture.atlas)

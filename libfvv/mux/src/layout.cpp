@@ -465,7 +465,7 @@ Layout lay_out_alone(Plan &plan, const Pictures &all, size_t k, const FrameLimit
   if (!layout)
     throw Error(plan.capture.path + ": the picture of " + camera + " does not fit a frame of " +
                 std::to_string(max_frame_side) + " x " + std::to_string(max_frame_side) +
-                ": make it smaller (--scale, --video-size)");
+                ": make it smaller (" + option_name("scale") + ", " + option_name("video-size") + ")");
   plan.observer.warn(plan.capture.path + ": the picture of " + camera + " takes a frame of " +
                      std::to_string(layout->tiling.width) + " x " + std::to_string(layout->tiling.height) +
                      " pixels; decoders are sure to take " + limit_text(limit));
@@ -491,7 +491,7 @@ std::vector<Layout> lay_out_tracks(Plan &plan, const Pictures &all, const std::v
 
 std::string reason_of(const Plan &plan, const Tiling &tiling, const CropChoice &choice) {
   if (!choice.on)
-    return plan.options.crop == Crop::none ? "as --crop none says"
+    return plan.options.crop == Crop::none ? "as " + option_name("crop", "none") + " says"
                                            : "there are neither masks nor meshes to crop by";
   std::string out;
   const auto add = [&](size_t count, const char *what) {
@@ -520,7 +520,7 @@ Tiling whole_pictures(const scene::Capture &capture, const Options &options) {
     tile.destination.height =
         options.tile ? scaled(options.tile->height, rung) : scaled(camera.height, options.scale * rung);
     if (tile.destination.width > camera.width || tile.destination.height > camera.height)
-      throw Error("--tile: expected at most the size of every picture, found " +
+      throw Error(option_name("tile") + ": expected at most the size of every picture, found " +
                       std::to_string(tile.destination.width) + "x" + std::to_string(tile.destination.height) +
                       " for camera " + std::to_string(camera.id) + " with " + std::to_string(camera.width) +
                       "x" + std::to_string(camera.height),
@@ -569,10 +569,8 @@ CropChoice choose_crop(const Plan &plan, const Tiling &tiling) {
 void bound(const Plan &plan, Tiling &tiling) {
   const Options &options = plan.options;
   if ((!options.video_pixels && !options.video_size) || tiling.tiles.empty()) return;
-  const char *option = options.video_pixels ? "--video-pixels" : "--video-size";
-  if (!plan.crop.on)
-    throw Error(std::string(option) + ": expected pictures that are cropped: " + plan.crop.reason,
-                Error::usage);
+  const char *option = options.video_pixels ? "video-pixels" : "video-size";
+  if (!plan.crop.on) refuse_option(option, "expected pictures that are cropped: " + plan.crop.reason);
   const std::vector<fvv_tile> full = tiling.tiles;
   const std::vector<double> useful = usefulness(plan.capture, tiling.cameras, plan.crop.boxes);
   const auto fits = [&](double amount) {
@@ -584,7 +582,7 @@ void bound(const Plan &plan, Tiling &tiling) {
   double low = 0, high = 1;
   for (int i = 0; i < 24; i++) (fits((low + high) / 2) ? low : high) = (low + high) / 2;
   if (!fits(low))
-    throw Error(std::string(option) + ": expected more for " + std::to_string(full.size()) +
+    throw Error(option_name(option) + ": expected more for " + std::to_string(full.size()) +
                     " cameras: margins and guard bands alone take more than " +
                     (options.video_pixels ? std::to_string(options.video_pixels)
                                           : std::to_string(options.video_size->width) + "x" +
@@ -620,7 +618,7 @@ std::vector<Rung> ladder_of_rates(const std::vector<uint64_t> &rates) {
 void check_ladder(const Options &options) {
   const std::vector<Rung> &ladder = options.ladder;
   const auto refuse = [](const std::string &expected, const std::string &found) {
-    throw Error("--ladder: expected " + expected + ", found " + found, Error::usage);
+    throw Error(option_name("ladder") + ": expected " + expected + ", found " + found, Error::usage);
   };
   if (ladder.empty()) return;
   if (ladder.size() < 2 || ladder.size() > most_rungs)
@@ -698,7 +696,8 @@ void add_rungs(Plan &plan) {
       plan.tracks.push_back(std::move(track));
     }
   if (plan.rung_count() > 1 && !any)
-    throw Error(plan.capture.path + ": --ladder: there are no pictures to encode", Error::usage);
+    throw Error(plan.capture.path + ": " + option_name("ladder") + ": there are no pictures to encode",
+                Error::usage);
 }
 
 void leave_room(Plan &plan, const Tiling &tiling) {

@@ -343,7 +343,7 @@ private:
 void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh) {
   if (plan.normals.bits && mesh.normals.empty())
     throw Error(name_of(plan, i) + ": expected a normal for every corner as in the first frame, found " +
-                "none (--normals never sends none)");
+                "none (" + option_name("normals", "never") + " sends none)");
 }
 
 PreparedMesh prepare_mesh(const Plan &plan, const MeshTrack &track, size_t i) {

@@ -14,7 +14,9 @@
 
 namespace fvv::mux {
 
-constexpr const char *skip_advice = "--skip-bad-frames leaves out frames whose files cannot be used";
+inline std::string skip_advice() {
+  return option_name("skip-bad-frames") + " leaves out frames whose files cannot be used";
+}
 
 // An Error about a frame; reason: without the advice.
 struct FrameError : Error {
@@ -29,10 +31,10 @@ auto about_frame(const scene::Capture &capture, std::optional<int64_t> number, c
   try {
     return work();
   } catch (const Error &error) {
-    const std::string what = error.what();
-    if (error.kind != Error::failed || capture.memory || what.find(skip_advice) != what.npos) throw;
+    const std::string &what = error.line();
+    if (error.kind != Error::failed || capture.memory || what.find(skip_advice()) != what.npos) throw;
     throw FrameError(what,
-                     " (" + (number ? "frame " + std::to_string(*number) + "; " : "") + skip_advice + ")");
+                     " (" + (number ? "frame " + std::to_string(*number) + "; " : "") + skip_advice() + ")");
   }
 }
 

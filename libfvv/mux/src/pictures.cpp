@@ -178,7 +178,7 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
       try {
         return media::crop(image, from.x, from.y, from.width, from.height);
       } catch (const Error &error) {
-        throw failure("camera " + std::to_string(tiles[k].camera_id) + ": " + error.what());
+        throw failure("camera " + std::to_string(tiles[k].camera_id) + ": " + error.line());
       }
     };
     images.push_back(part(load_view<Sample>(plan, index, *camera.pictures, number, 3)));
@@ -197,7 +197,7 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
     if (masked && with_mask) picture.mask = media::compose_masks(tiles, masks, tiling.width, tiling.height);
     return picture;
   } catch (const Error &error) {
-    throw failure(error.what());
+    throw failure(error.line());
   }
 }
 
@@ -470,7 +470,7 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
     encoded = std::move(measured.group);
   } catch (const Error &error) {
     throw Error(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
-                std::to_string(sample.count) + " frames: " + error.what());
+                std::to_string(sample.count) + " frames: " + error.line());
   }
   auto frames = std::make_shared<SampleFrames>();
   // A rate is searched again from the quality found here, with perhaps another result; stills are encoded one
@@ -522,7 +522,7 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, const V
     if (failed) throw;
     const scene::Frames &numbers = plan.capture.frames;
     throw Error(plan.capture.path + ": frames " + std::to_string(numbers.number(int64_t(first))) + " to " +
-                std::to_string(numbers.number(int64_t(first + count - 1))) + ": " + error.what());
+                std::to_string(numbers.number(int64_t(first + count - 1))) + ": " + error.line());
   }
 }
 

@@ -62,9 +62,8 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
     pictures = pictures || camera.pictures;
     const bool fills = options.background == Background::flat || options.background == Background::smooth;
     if (fills && camera.pictures && !camera.masks)
-      throw Error(std::string("--background ") +
-                      (options.background == Background::flat ? "flat: " : "smooth: ") +
-                      scene::describe(camera) + " has no masks",
+      throw Error(option_name("background", options.background == Background::flat ? "flat" : "smooth") +
+                      ": " + scene::describe(camera) + " has no masks",
                   Error::usage);
   }
   if (!pictures && !capture.meshes)
@@ -85,7 +84,8 @@ namespace {
 void leave_out_empty(scene::Capture &capture) {
   if (!capture.meshes || capture.empty.empty()) return;
   if (capture.mesh_frames().empty())
-    throw Error(capture.path + ": no frame has a mesh (--no-meshes sends pictures alone)");
+    throw Error(capture.path + ": no frame has a mesh (" + option_name("no-meshes") +
+                " sends pictures alone)");
   const bool shows = capture.memory || capture.atlas ||
                      std::any_of(capture.cameras.begin(), capture.cameras.end(),
                                  [](const scene::Camera &camera) { return camera.pictures.has_value(); });
@@ -140,7 +140,7 @@ std::vector<BadFrame> failing(const Plan &plan, const std::function<void(size_t)
     } catch (const Error &error) {
       const auto *known = dynamic_cast<const FrameError *>(&error);
       const std::lock_guard<std::mutex> lock(mutex);
-      bad.push_back({plan.capture.frames.number(int64_t(i)), known ? known->reason : error.what()});
+      bad.push_back({plan.capture.frames.number(int64_t(i)), known ? known->reason : error.line()});
     }
   });
   std::sort(bad.begin(), bad.end(), [](const auto &a, const auto &b) { return a.number < b.number; });
@@ -154,7 +154,7 @@ void leave_out(Plan &plan, const std::vector<BadFrame> &bad) {
   for (const BadFrame &frame : bad) numbers.insert(frame.number);
   plan.capture.frames.leave_out(numbers);
   if (!plan.frame_count() || (plan.has_meshes() && plan.capture.mesh_frames().empty()))
-    throw Error(plan.capture.path + ": --skip-bad-frames leaves nothing; frame " +
+    throw Error(plan.capture.path + ": " + option_name("skip-bad-frames") + " leaves nothing; frame " +
                 std::to_string(bad[0].number) + ": " + bad[0].reason);
 }
 
@@ -175,7 +175,7 @@ bool look_at_files(Plan &plan, bool sub_range) {
     std::string lines;
     for (const std::string &problem : findings.problems)
       lines += (lines.empty() ? "" : "\n") + capture.path + ": " + problem;
-    if (findings.of_frames) lines += "\n" + capture.path + ": " + skip_advice;
+    if (findings.of_frames) lines += "\n" + capture.path + ": " + skip_advice();
     if (findings.missing_meshes)
       lines += "\n" + capture.path + ": \"meshes\": {\"empty\": ...} says at which frames the stage is empty";
     throw Error(lines);
@@ -202,7 +202,8 @@ bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
   while (percent && !fits(scaled(whole.width, percent / 100.0), scaled(whole.height, percent / 100.0), limit))
     percent--;
   const std::string advice =
-      percent ? fvv::format(" (--atlas-scale %g keeps it)", percent / 100.0) : std::string();
+      percent ? " (" + option_name("atlas-scale", fvv::format("%g", percent / 100.0)) + " keeps it)"
+              : std::string();
   plan.observer.warn(plan.capture.path + ": the atlas is sent with " + std::to_string(tiling.width) + "x" +
                      std::to_string(tiling.height) + " pixels, and not all players can show more than " +
                      limit_text(limit) + advice);
@@ -324,8 +325,9 @@ Plan make_plan(const Options &options, const Observer &observer) {
   return make_plan(std::move(capture), {}, options, observer);
 }
 
-Plan make_plan(scene::Capture capture, const std::vector<EncodedTrack> &encoded, const Options &options,
+Plan make_plan(scene::Capture capture, const std::vector<EncodedTrack> &encoded, const Options &given,
                const Observer &observer) {
+  const Options options = settled(given);
   if (!options.skip_bad_frames || capture.memory)
     return plan_frames(std::move(capture), {}, encoded, options, observer);
   // Whether a mesh fits the lattice is known when that is chosen: without such a frame the plan is another

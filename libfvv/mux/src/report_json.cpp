@@ -346,7 +346,18 @@ void add_videos(Json &out, const Report &r) {
 
 } // namespace
 
-std::string report_json(const Report &r, const std::string &output) {
+namespace {
+
+// Reasons name options.
+void spell_texts(Json &json, Spelling spelling) {
+  if (json.is_string()) json = spell(json.get_ref<const std::string &>(), spelling);
+  if (json.is_structured())
+    for (Json &one : json) spell_texts(one, spelling);
+}
+
+} // namespace
+
+std::string report_json(const Report &r, const std::string &output, Spelling spelling) {
   Json out = {{"fvvmux", 1},
               {"output", output},
               {"bytes", r.bytes},
@@ -382,7 +393,8 @@ std::string report_json(const Report &r, const std::string &output) {
   out["seconds"] = r.seconds;
   out["frames_per_second"] = frames_per_second(r);
   if (r.verdict) out["verified"] = verdict_json(r);
-  return out.dump(2);
+  spell_texts(out, spelling);
+  return out.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
 } // namespace fvv::mux

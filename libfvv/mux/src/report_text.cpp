@@ -102,7 +102,7 @@ void crop_lines(std::string &out, const Report &r) {
        crop.fill.c_str());
   if (tracks <= 1) return;
   line(out, "            in %zu video tracks%s: at %.6g frames/s a frame may have %s", tracks,
-       r.video_tracks > 1 ? " (--video-tracks)" : "", frame_rate(r), crop.frame_limit.c_str());
+       r.video_tracks > 1 ? (" (" + option_name("video-tracks") + ")").c_str() : "", frame_rate(r), crop.frame_limit.c_str());
 }
 
 void video_lines(std::string &out, const Report &r, const VideoTrackReport &video) {
@@ -300,7 +300,7 @@ void track_lines(std::string &out, const Report &r) {
 
 } // namespace
 
-std::string report_text(const Report &r, const std::string &output) {
+std::string report_text(const Report &r, const std::string &output, Spelling spelling) {
   std::string out;
   line(out, "%s: %llu bytes, %zu frames at %.6g/s in %zu %s of %u, %.1f kbit/s", output.c_str(),
        (unsigned long long)r.bytes, r.frames, frame_rate(r), r.groups, r.groups == 1 ? "group" : "groups",
@@ -326,7 +326,7 @@ std::string report_text(const Report &r, const std::string &output) {
        r.inset.reason.c_str());
   line(out, "  time      %.2f s, %.1f frames/s", r.seconds, frames_per_second(r));
   if (r.verdict) verdict_lines(out, r);
-  return out;
+  return spell(out, spelling);
 }
 
 } // namespace fvv::mux

@@ -284,7 +284,8 @@ std::vector<size_t> named_cameras(const Capture &capture, const std::string &ite
       const std::string id = std::to_string(camera.calibration.id);
       known += (known.empty() ? "" : ", ") + (camera.name->empty() ? id : id + " " + *camera.name);
     }
-    throw Error("--cameras: expected identifiers, ranges or names of the capture's cameras (" + known +
+    throw Error(option_name("cameras") +
+                    ": expected identifiers, ranges or names of the capture's cameras (" + known +
                     "), found " + quote(item),
                 Error::usage);
   }
@@ -298,9 +299,9 @@ void restrict_frames(Capture &capture, const Range &range) {
   const int64_t last = frames.first + (frames.places() - 1) * frames.step;
   for (const int64_t end : {range.first, range.last})
     if (end < frames.first || end > last || (end - frames.first) % frames.step)
-      throw Error("--frames: expected frame numbers of the capture, " + std::to_string(frames.first) +
-                      " to " + std::to_string(last) + " in steps of " + std::to_string(frames.step) +
-                      ", found " + std::to_string(end),
+      throw Error(option_name("frames") + ": expected frame numbers of the capture, " +
+                      std::to_string(frames.first) + " to " + std::to_string(last) + " in steps of " +
+                      std::to_string(frames.step) + ", found " + std::to_string(end),
                   Error::usage);
   std::set<int64_t> left_out;
   for (const int64_t place : frames.left_out) left_out.insert(frames.first + place * frames.step);
@@ -309,7 +310,8 @@ void restrict_frames(Capture &capture, const Range &range) {
   frames.left_out.clear();
   frames.leave_out(left_out);
   if (!frames.count)
-    throw Error("--frames: all of these frames are left out by " + capture.path, Error::usage);
+    throw Error(option_name("frames") + ": all of these frames are left out by " + capture.path,
+                Error::usage);
 }
 
 void restrict_cameras(Capture &capture, const std::vector<std::string> &items) {

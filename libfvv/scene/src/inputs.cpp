@@ -25,7 +25,7 @@ bool is_pattern_of_atlas(const std::string &text) {
 }
 
 [[noreturn]] void refuse(const char *option, const std::string &expected, const std::string &found) {
-  throw Error(std::string(option) + ": expected " + expected + ", found " + quote(found), Error::usage);
+  refuse_option(option, "expected " + expected + ", found " + quote(found));
 }
 
 std::string extension_of(const std::string &name) {
@@ -54,7 +54,7 @@ bool is_video(const std::string &name) {
 Pattern parse_pattern(const char *option, const std::string &text) {
   std::string what;
   const std::optional<Pattern> pattern = Pattern::parse(text, &what);
-  if (!pattern) throw Error(std::string(option) + ": " + what, Error::usage);
+  if (!pattern) refuse_option(option, what);
   return *pattern;
 }
 
@@ -351,8 +351,8 @@ void add_named(const Inputs &inputs, std::vector<Camera> &cameras) {
     const auto named = [&](const char *option, const std::string &text) {
       return source_of(option, fill_in(option, text, camera, is_video(text) ? "%" : "%%"));
     };
-    if (!inputs.pictures.empty()) camera.pictures = named("--pictures", inputs.pictures);
-    if (!inputs.masks.empty()) camera.masks = named("--masks", inputs.masks);
+    if (!inputs.pictures.empty()) camera.pictures = named("pictures", inputs.pictures);
+    if (!inputs.masks.empty()) camera.masks = named("masks", inputs.masks);
   }
 }
 
@@ -381,7 +381,7 @@ Frames find_frames(const Pattern &meshes, const std::optional<PictureSource> &at
   std::vector<Sequence> sequences;
   bool videos = atlas && atlas->video;
   if (meshes.is_numbered()) {
-    Frames frames = frames_of({{"--meshes", meshes}});
+    Frames frames = frames_of({{option_name("meshes"), meshes}});
     // Pictures between the steps are of frames whose meshes are missing.
     if (frames.step > 1 && atlas && atlas->pattern && atlas->pattern->is_numbered())
       for (const int64_t number : numbers_of(*atlas->pattern))
@@ -393,7 +393,7 @@ Frames find_frames(const Pattern &meshes, const std::optional<PictureSource> &at
     return frames;
   }
   if (atlas && atlas->pattern && atlas->pattern->is_numbered())
-    return frames_of({{"--atlas", *atlas->pattern}});
+    return frames_of({{option_name("atlas"), *atlas->pattern}});
   for (const Camera &camera : capture.cameras) {
     if (camera.pictures->pattern && camera.pictures->pattern->is_numbered())
       sequences.push_back({describe(camera) + ": pictures", *camera.pictures->pattern});
@@ -409,19 +409,20 @@ Frames find_frames(const Pattern &meshes, const std::optional<PictureSource> &at
     return out;
   }
   if (videos)
-    throw Error("--meshes: expected a pattern with %d, because a video does not give the number of frames",
+    throw Error(option_name("meshes") +
+                    ": expected a pattern with %d, because a video does not give the number of frames",
                 Error::usage);
   return {};
 }
 
 void check_pictures(const Capture &capture) {
   for (const Camera &camera : capture.cameras)
-    for (const auto &[source, option, folder] : {std::tuple(&camera.pictures, "--pictures", "images"),
-                                                 std::tuple(&camera.masks, "--masks", "masks")})
+    for (const auto &[source, option, folder] :
+         {std::tuple(&camera.pictures, "pictures", "images"), std::tuple(&camera.masks, "masks", "masks")})
       if (*source && (*source)->is_constant() && capture.frames.count > 1)
         throw Error(describe(camera) + ": expected a picture for each of " +
                     std::to_string(capture.frames.count) + " frames, found one, " + (*source)->text() +
-                    "; name them with " + option + " '" + folder + "/{name}/%04d.png'");
+                    "; name them with " + option_name(option) + " '" + folder + "/{name}/%04d.png'");
 }
 
 // Whether the meshes bring a picture: the first that is not empty, or, so that one without does not decide
@@ -452,9 +453,9 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, std::vector<std
 }
 
 void set_meshes(Capture &capture, const Inputs &inputs, const Names &names) {
-  const Pattern meshes = parse_pattern("--meshes", inputs.meshes);
+  const Pattern meshes = parse_pattern("meshes", inputs.meshes);
   std::optional<PictureSource> atlas;
-  if (is_pattern_of_atlas(inputs.atlas)) atlas = source_of("--atlas", inputs.atlas);
+  if (is_pattern_of_atlas(inputs.atlas)) atlas = source_of("atlas", inputs.atlas);
   const auto animation = [](int64_t first) {
     return std::make_shared<const MeshAnimation>(std::nullopt, fvv_rational{0, 1}, first);
   };
@@ -462,7 +463,7 @@ void set_meshes(Capture &capture, const Inputs &inputs, const Names &names) {
   if (gltf && !meshes.is_numbered() && facts_of(meshes.file(0)).animations) capture.animation = animation(0);
   capture.frames = find_frames(meshes, atlas, capture);
   if (capture.animation) capture.animation = animation(capture.frames.first);
-  capture.meshes = parse_pattern("--meshes", names(inputs.meshes, false));
+  capture.meshes = parse_pattern("meshes", names(inputs.meshes, false));
   if (atlas) capture.atlas = Atlas{names(*atlas, capture.frames), std::nullopt};
   if (inputs.atlas == embedded || (inputs.atlas.empty() && capture.cameras.empty() &&
                                    brings_picture(meshes, capture.frames, capture.notes)))
@@ -498,14 +499,14 @@ std::optional<double> parse_units(const std::string &text) {
     if (text == unit.name) return unit.metres;
   double metres;
   if (!parse_double(text, metres) || !(metres > 0))
-    refuse("--units", "metres, centimetres, millimetres, inches, feet, unknown or metres per unit > 0", text);
+    refuse("units", "metres, centimetres, millimetres, inches, feet, unknown or metres per unit > 0", text);
   return metres;
 }
 
 uint8_t parse_up(const std::string &text) {
   for (const NamedAxis &axis : named_axes)
     if (text == axis.name) return axis.up;
-  refuse("--up", "+x, -x, +y, -y, +z, -z or unknown", text);
+  refuse("up", "+x, -x, +y, -y, +z, -z or unknown", text);
 }
 
 std::string fill_in(const char *option, const std::string &text, const Camera &camera,
@@ -529,18 +530,18 @@ std::string fill_in(const char *option, const std::string &text, const Camera &c
 
 void check_inputs(const Inputs &inputs) {
   if (!inputs.meshes.empty()) {
-    parse_pattern("--meshes", inputs.meshes);
+    parse_pattern("meshes", inputs.meshes);
     if (!is_one_of(inputs.meshes, {".obj", ".ply", ".drc", ".draco", ".glb", ".gltf"}))
-      refuse("--meshes", "files .obj, .ply, .drc, .draco, .glb or .gltf", inputs.meshes);
+      refuse("meshes", "files .obj, .ply, .drc, .draco, .glb or .gltf", inputs.meshes);
   }
   if (!inputs.atlas.empty()) {
-    if (inputs.meshes.empty()) refuse("--atlas", "--meshes too", inputs.atlas);
+    if (inputs.meshes.empty()) refuse("atlas", option_name("meshes") + " too", inputs.atlas);
     if (inputs.atlas == embedded && !may_bring_picture(inputs.meshes))
-      refuse("--atlas", "embedded for .glb, .gltf and .obj files only", inputs.meshes);
-    if (is_pattern_of_atlas(inputs.atlas)) source_of("--atlas", inputs.atlas);
+      refuse("atlas", "embedded for .glb, .gltf and .obj files only", inputs.meshes);
+    if (is_pattern_of_atlas(inputs.atlas)) source_of("atlas", inputs.atlas);
   }
   for (const auto &[option, text] :
-       {std::pair("--pictures", &inputs.pictures), std::pair("--masks", &inputs.masks)}) {
+       {std::pair("pictures", &inputs.pictures), std::pair("masks", &inputs.masks)}) {
     if (text->empty()) continue;
     if (text->find("{name}") == text->npos && text->find("{id}") == text->npos)
       refuse(option, "{name} or {id} to tell the cameras apart", *text);
@@ -562,13 +563,13 @@ std::string describe_inputs(const std::string &given, const Inputs &as_given, co
                 Error::usage);
   Folder folder = read_folder(given);
   if (inputs.meshes.empty())
-    throw Error(given.empty() ? "--meshes: expected a pattern of files, found none"
-                              : given + ": expected --meshes too, because " + folder.kind + " has none",
+    throw Error(given.empty() ? option_name("meshes") + ": expected a pattern of files, found none"
+                              : given + ": expected " + option_name("meshes") + " too, because " +
+                                    folder.kind + " has none",
                 Error::usage);
   if (folder.cameras.empty() && (!inputs.pictures.empty() || !inputs.masks.empty()))
-    throw Error(std::string(inputs.pictures.empty() ? "--masks" : "--pictures") +
-                    ": expected a folder with a calibration too, found none",
-                Error::usage);
+    refuse_option(inputs.pictures.empty() ? "masks" : "pictures",
+                  "expected a folder with a calibration too, found none");
   Capture capture;
   capture.path = file;
   if (inputs.frame_duration) capture.frame_duration = *inputs.frame_duration;
@@ -594,14 +595,17 @@ Capture load_capture(const std::string &given, const Inputs &inputs) {
   const bool is_folder = fs::is_directory(given, ignored) && !fs::exists(file, ignored);
   if (!given.empty() && !is_folder && !is_transforms(given)) {
     if (inputs.is_given())
-      throw Error("--meshes, --atlas, --pictures, --masks, --fps, --units, --up: expected without a "
-                  "capture.json, found " +
+      throw Error(option_name("meshes") + ", " + option_name("atlas") + ", " + option_name("pictures") +
+                      ", " + option_name("masks") + ", " + option_name("fps") + ", " + option_name("units") +
+                      ", " + option_name("up") +
+                      ": expected without a "
+                      "capture.json, found " +
                       file,
                   Error::usage);
     return load_capture(file);
   }
   // Patterns are relative to the folder of this name, of which there is no file.
-  std::string name = given.empty() ? "--meshes" : given;
+  std::string name = given.empty() ? option_name("meshes") : given;
   while (name.size() > 1 && name.back() == '/') name.pop_back();
   std::vector<std::string> notes;
   Capture capture = parse_capture(describe_inputs(given, inputs, name, &notes), name);

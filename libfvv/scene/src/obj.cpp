@@ -343,7 +343,7 @@ ObjMaterials parse_obj_materials(std::string_view bytes, const std::string &name
     return reader.materials();
   } catch (const Error &error) {
     // OBJ files often come without what they name.
-    throw Error(error.what() + std::string("; fvvmux --atlas names other pictures, or none"));
+    throw Error(error.line() + "; " + option_name("atlas") + " names other pictures, or none");
   }
 }
 

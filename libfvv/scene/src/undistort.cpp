@@ -178,7 +178,7 @@ struct Chosen {
 };
 
 [[noreturn]] void fail(const fvv_camera &camera, const std::string &what) {
-  throw Error("--undistort: camera " + std::to_string(camera.id) + ": " + what, Error::usage);
+  refuse_option("undistort", "camera " + std::to_string(camera.id) + ": " + what);
 }
 
 Chosen choose(const fvv_camera &camera, double alpha) {

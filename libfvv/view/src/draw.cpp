@@ -25,21 +25,21 @@ void take_size(const std::optional<Size> &size, uint32_t &width, uint32_t &heigh
   width = size->width;
   height = size->height;
   if (width < 1 || height < 1 || width > media::max_dimension || height > media::max_dimension)
-    refuse("--size: expected sides of 1 to " + std::to_string(media::max_dimension) + ", found " +
-           std::to_string(width) + "x" + std::to_string(height));
+    refuse(option_name("size") + ": expected sides of 1 to " + std::to_string(media::max_dimension) +
+           ", found " + std::to_string(width) + "x" + std::to_string(height));
 }
 
 const fvv_camera &of_stream(uint16_t id, const Frame &frame) {
   const fvv_camera *camera = frame.camera(id);
   if (!camera)
-    refuse("--camera: camera " + std::to_string(id) + " is not in the stream, which has " +
+    refuse(option_name("camera") + ": camera " + std::to_string(id) + " is not in the stream, which has " +
            frame.camera_ids());
   return *camera;
 }
 
 fvv_camera scaled(const fvv_camera &camera, const Target &target) {
   if (camera.width > media::max_dimension || camera.height > media::max_dimension)
-    refuse("--camera: camera " + std::to_string(camera.id) + " has sides above " +
+    refuse(option_name("camera") + ": camera " + std::to_string(camera.id) + " has sides above " +
            std::to_string(media::max_dimension));
   uint32_t width = camera.width, height = camera.height;
   take_size(target.size, width, height);
@@ -51,14 +51,15 @@ fvv_camera scaled(const fvv_camera &camera, const Target &target) {
 fvv_camera of_pose(const Target &target, const Frame &frame) {
   const std::vector<double> &p = target.pose;
   if (p.size() != 6 && p.size() != 9)
-    refuse("--pose: expected 6 numbers, eye and target, or 9 with up, found " + std::to_string(p.size()));
+    refuse(option_name("pose") + ": expected 6 numbers, eye and target, or 9 with up, found " +
+           std::to_string(p.size()));
   for (const double value : p)
-    if (!(std::abs(value) <= 1e9)) refuse("--pose: expected numbers within 1e9");
+    if (!(std::abs(value) <= 1e9)) refuse(option_name("pose") + ": expected numbers within 1e9");
   const Vec3 eye = {p[0], p[1], p[2]}, at = {p[3], p[4], p[5]};
   const Vec3 up = p.size() == 9 ? Vec3{p[6], p[7], p[8]} : up_vector(frame.up);
   const Vec3 z = render::normalised(at - eye), side = render::cross(z, render::normalised(up));
-  if (!(render::length(z) > 0)) refuse("--pose: eye and target are the same point");
-  if (!(render::length(side) > 1e-6)) refuse("--pose: up points along the line of sight");
+  if (!(render::length(z) > 0)) refuse(option_name("pose") + ": eye and target are the same point");
+  if (!(render::length(side) > 1e-6)) refuse(option_name("pose") + ": up points along the line of sight");
   const Vec3 x = render::normalised(side), y = render::cross(z, x);
   fvv_camera camera = {};
   camera.lens = FVV_LENS_NONE;
@@ -83,9 +84,10 @@ fvv_camera of_pose(const Target &target, const Frame &frame) {
 fvv_camera target_camera(const Target &target, const Frame &frame) {
   const size_t given = target.camera.has_value() + target.calibration.has_value() + !target.pose.empty();
   if (given != 1)
-    refuse("expected one of --camera and --pose, found " + std::string(given ? "both" : "neither"));
+    refuse("expected one of " + option_name("camera") + " and " + option_name("pose") + ", found " +
+           std::string(given ? "both" : "neither"));
   if (!target.pose.empty()) return of_pose(target, frame);
-  if (target.focal) refuse("--focal: expected with --pose only");
+  if (target.focal) refuse(option_name("focal") + ": expected with " + option_name("pose") + " only");
   return scaled(target.calibration ? in_frame(*target.calibration, frame) : of_stream(*target.camera, frame),
                 target);
 }
@@ -108,14 +110,13 @@ void check_ids(const char *option, const demux::Selection &selection, const Fram
   for (const auto &range : selection.within(0, INT32_MAX))
     for (int64_t id = range.first; id <= range.last; id++)
       if (id > UINT16_MAX || !frame.camera(uint16_t(id)))
-        throw Error(std::string(option) + ": camera " + std::to_string(id) +
-                        " is not in the stream, which has " + frame.camera_ids(),
-                    Error::usage);
+        refuse_option(option, "camera " + std::to_string(id) + " is not in the stream, which has " +
+                                  frame.camera_ids());
 }
 
 std::vector<render::SourceView> sources_of(const Options &options, const Frame &frame) {
-  check_ids("--sources", options.sources, frame);
-  if (options.excluded) check_ids("--exclude", *options.excluded, frame);
+  check_ids("sources", options.sources, frame);
+  if (options.excluded) check_ids("exclude", *options.excluded, frame);
   std::vector<render::SourceView> out;
   for (const Picture &picture : frame.pictures) {
     const uint16_t id = picture.camera.id;
@@ -142,7 +143,7 @@ render::Visibility visibility_of(const Options &options, const Frame &frame,
     return result.with_bits.empty() ? render::Visibility::depth_map : render::Visibility::given;
   if (options.view.visibility == render::Visibility::given && result.with_bits.empty())
     throw Error(frame.file + ": frame " + std::to_string(frame.number) +
-                ": there are no bits of these cameras (--visible-by bits)");
+                ": there are no bits of these cameras (" + option_name("visible-by", "bits") + ")");
   return options.view.visibility;
 }
 
@@ -172,7 +173,8 @@ render::ViewPicture draw(const Frame &frame, const Options &options, Result &res
                               ": the faces are wound inside out: nothing is textured but what cameras see of "
                               "their insides");
   if (options.leave_one_out && !options.target.camera)
-    throw Error("--leave-one-out: expected with --camera only", Error::usage);
+    throw Error(option_name("leave-one-out") + ": expected with " + option_name("camera") + " only",
+                Error::usage);
   const fvv_camera target = target_camera(options.target, frame);
   const std::vector<render::SourceView> sources = sources_of(options, frame);
   for (const render::SourceView &source : sources) result.sources.push_back(source.camera.id);

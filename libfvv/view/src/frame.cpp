@@ -61,14 +61,15 @@ struct Place {
 Place find(fvv_stream *stream, const InputFile &file, int64_t number, const fvv_limits *limits) {
   demux::LazySurvey survey(file, limits);
   const std::string text = std::to_string(number);
-  const demux::Plan plan = demux::make_plan(stream, file, demux::Selection::parse("--frame", text), survey);
+  const demux::Plan plan = demux::make_plan(stream, file, demux::Selection::parse("frame", text), survey);
   for (const demux::GroupPlan &group : plan.groups)
     if (number >= group.number && number < group.number + group.count)
       return {group.group, group.frame, group.frame + size_t(number - group.number)};
   for (const demux::Loss &loss : plan.losses)
     if (number >= loss.first && number <= loss.last)
       throw Error(file.path() + ": frame " + text + " is lost: " + loss.why);
-  throw Error("--frame: frame " + text + " is not in the stream, which has " + std::to_string(plan.count),
+  throw Error(option_name("frame") + ": frame " + text + " is not in the stream, which has " +
+                  std::to_string(plan.count),
               Error::usage);
 }
 

@@ -2,7 +2,6 @@
 #include "ladder_fixture.h"
 
 #include "fvv_mux/encoder.h"
-#include "fvv_mux/option_texts.h"
 #include "fvv_mux/report.h"
 #include "fvvdemux/demux.h"
 #include "mux/src/ladder/mesh_rungs.h"
@@ -185,9 +184,9 @@ TEST_CASE("meshes of a rung's own can be forbidden and asked for, and need decim
   options.keep_geometry = true;
   found = meshes();
   CHECK(found["rung"] == 0);
-  CHECK(found["reason"] == "as --keep-geometry says");
+  CHECK(found["reason"] == "as keep-geometry says");
   options.mesh_ladder = mux::MeshLadder::on;
-  CHECK_THROWS_WITH(mux::make_plan(options, {}), Catch::Matchers::Contains("as --keep-geometry says"));
+  CHECK_THROWS_WITH(mux::make_plan(options, {}), Catch::Matchers::Contains("as keep-geometry says"));
   options.keep_geometry = false;
   CHECK(meshes()["rung"] == 2);
   options.meshes = false;
@@ -196,8 +195,9 @@ TEST_CASE("meshes of a rung's own can be forbidden and asked for, and need decim
   options.ladder.clear();
   CHECK_THROWS_AS(mux::make_plan(options, {}), fvv::Error);
 
-  CHECK(mux::parse_mesh_ladder("off") == mux::MeshLadder::off);
-  CHECK_THROWS_AS(mux::parse_mesh_ladder("yes"), fvv::Error);
+  mux::set_option(options, "mesh-ladder", "off");
+  CHECK(options.mesh_ladder == mux::MeshLadder::off);
+  CHECK_THROWS_AS(mux::set_option(options, "mesh-ladder", "yes"), fvv::Error);
   const ToolResult run = run_tool({folder.path("in"), "-o", folder.path("x.fvv"), "--mesh-ladder", "on"});
   CHECK(run.exit == 2);
   CHECK(run.err.find("--ladder") != std::string::npos);

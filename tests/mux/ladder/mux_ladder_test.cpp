@@ -2,9 +2,9 @@
 #include "ladder_fixture.h"
 
 #include "fvv_mux/encoder.h"
-#include "fvv_mux/option_texts.h"
 #include "fvv_mux/report.h"
 #include "fvvdemux/demux.h"
+#include "mux/src/options/option_values.h"
 
 TEST_CASE("a ladder has the pictures in each size, and says so") {
   const Folder folder;
@@ -172,9 +172,9 @@ TEST_CASE("ladders that are refused") {
   }
   for (const char *text : {"", "1", "1,1", "0.5,1", "1,0", "1,-0.5", "1,0.5,", "1,nan", "1,8M", "2M,8M",
                            "8M,8M", "8M,10", "1,a", "1,0.9,0.8,0.7,0.6,0.5,0.4,0.3,0.2"})
-    CHECK_THROWS_AS(mux::parse_ladder(text), fvv::Error);
-  CHECK(mux::parse_ladder("1,0.5,0.25").size() == 3);
-  const Ladder rates = mux::parse_ladder("8M,2M,500k");
+    CHECK_THROWS_AS(mux::parse_ladder("ladder", text), fvv::Error);
+  CHECK(mux::parse_ladder("ladder", "1,0.5,0.25").size() == 3);
+  const Ladder rates = mux::parse_ladder("ladder", "8M,2M,500k");
   CHECK(rates[2].bit_rate == 500000);
   CHECK(rates[2].scale == Approx(std::pow(1.0 / 16, 0.3)));
   const auto refused = [&](const std::vector<std::string> &more) {

@@ -162,7 +162,7 @@ TEST_CASE("sound is in the stream where it was in the capture, and comes back") 
     CHECK(second.sounds[0].source.language == "de-CH");
 
     // A part of the frames has the sound of its groups, at the same time of the scene.
-    unpack.frames = demux::Selection::parse("--frames", "20-34");
+    unpack.frames = demux::Selection::parse("frames", "20-34");
     unpack.force = true;
     demux::Result part;
     demux::demux(options.output, folder.path("out"), unpack, part);
@@ -274,7 +274,7 @@ TEST_CASE("sound that is dropped or cut is named") {
   options.sound = true;
   options.sound_bit_rate = 6000;
   CHECK_THROWS_WITH(plan_of(options, warnings),
-                    "--audio-bitrate: expected 12000 to 512000 bit/s for the 2 channels of " +
+                    "audio-bitrate: expected 12000 to 512000 bit/s for the 2 channels of " +
                         options.capture + "/a.wav, found 6000");
 }
 

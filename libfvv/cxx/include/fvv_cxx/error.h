@@ -2,7 +2,9 @@
 #pragma once
 
 #include "fvv/types.h"
+#include "fvv_cxx/option_name.h"
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -19,13 +21,30 @@ public:
     cancelled, // by the caller
   };
 
+  // line: options in it are named by option_name().
   explicit Error(const std::string &line, Kind the_kind = failed)
-      : std::runtime_error(line), kind(the_kind) {}
+      : std::runtime_error(spell(line, Spelling::plain)), kind(the_kind),
+        marked(std::make_shared<const std::string>(line)) {}
   Error(const std::string &name, const std::string &text)
       : Error(name.empty() ? text : name + ": " + text, failed) {}
 
+  // The line with options named as users of a language write them; what() has plain identifiers.
+  std::string in(Spelling spelling) const { return spell(*marked, spelling); }
+  // As it was given, for a line that goes on in another Error.
+  const std::string &line() const { return *marked; }
+  // The identifier of the option that the line names first; empty: none.
+  std::string option() const { return first_option(*marked); }
+
   const Kind kind;
+
+private:
+  const std::shared_ptr<const std::string> marked; // shared, so that a copy does not throw
 };
+
+// Throws an Error (usage): "OPTION: TEXT".
+[[noreturn]] inline void refuse_option(std::string_view identifier, const std::string &text) {
+  throw Error(option_name(identifier) + ": " + text, Error::usage);
+}
 
 // Throws an Error with the line of a diagnostic. name: the file as the user wrote it.
 [[noreturn]] void fail(const std::string &name, const fvv_diagnostic &diagnostic);

@@ -16,7 +16,7 @@ struct Range {
 // "10-19", "10..19", or "10" alone. Nothing for other text.
 std::optional<Range> scan_range(std::string_view text);
 
-// The argument of that option. Failure (usage) for other text.
+// The value of the option with that identifier. Throws Error (usage) for other text.
 Range parse_range(const std::string &option, const std::string &text);
 
 } // namespace fvv

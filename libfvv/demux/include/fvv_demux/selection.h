@@ -12,7 +12,7 @@ namespace fvv::demux {
 // Numbers from 0 to 2147483647. A selection that was never parsed selects everything.
 class Selection {
 public:
-  // Throws Error (usage) "--option: expected ..., found ..." if text is not a list.
+  // The value of the option with that identifier. Throws Error (usage) if text is not a list.
   static Selection parse(const std::string &option, const std::string &text);
 
   bool everything() const { return ranges.empty(); }

@@ -11,6 +11,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fvv::mux {
@@ -18,7 +19,8 @@ namespace fvv::mux {
 // A luma PSNR to reach, or the codec's own number, as in media::VideoCodec; 0 of OpenEXR is lossless.
 struct Quality {
   bool is_psnr = true;
-  double value = 42; // dB; a whole number when !is_psnr
+  double value = 42;       // dB; a whole number when !is_psnr
+  bool by_default = false; // not set: default_quality() of the codec holds
 };
 
 // metric: value is in metres. Otherwise it is in metres or, for a capture of unknown scale, in its units.
@@ -110,8 +112,8 @@ struct Options {
   std::string capture;  // capture.json or its folder, or, with inputs, as scene::load_capture has it
   scene::Inputs inputs; // in place of a capture.json
   uint32_t codec = FVV_CODEC_AVC1;
-  int bit_depth = 8; // 10 or, of OpenEXR, 16
-  Quality quality;
+  int bit_depth = 0; // 8, 10 or, of OpenEXR, 16; 0: the least that the codec has
+  Quality quality = {true, 42, true};
   uint64_t bit_rate = 0;        // of all video tracks, in place of quality; 0: none
   std::optional<TileSize> tile; // else scale holds
   double scale = 1;             // of pictures, 0 < scale <= 1
@@ -166,5 +168,14 @@ struct Options {
 
 // Without an option: 42 dB, or lossless.
 Quality default_quality(uint32_t codec);
+
+// Sets an option of option_table() by its name or former name, with the words of fvvmux: "max-error", "1mm";
+// flags are "on" or "off". The order of calls does not matter. Throws Error (usage) for a name that does not
+// exist and for a value that does not fit; options are unchanged then.
+void set_option(Options &options, std::string_view name, std::string_view value);
+
+// The options with what follows from others filled in. Throws Error (usage) where they exclude each other. An
+// Encoder, a Muxer and a PartPlan do this by themselves.
+Options settled(Options options);
 
 } // namespace fvv::mux

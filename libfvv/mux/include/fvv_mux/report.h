@@ -4,6 +4,7 @@
 #pragma once
 
 #include "fvv/types.h"
+#include "fvv_cxx/option_name.h"
 
 #include <array>
 #include <cmath>
@@ -350,10 +351,12 @@ struct Report : MeshSums {
   size_t tile_track_count() const;
 };
 
-// output: the name of the stream, for people.
-std::string report_text(const Report &report, const std::string &output);
+// output: the name of the stream, for people. spelling: of options that reasons name.
+std::string report_text(const Report &report, const std::string &output,
+                        Spelling spelling = Spelling::plain);
 
 // A document of spec/fvvmux.schema.json.
-std::string report_json(const Report &report, const std::string &output);
+std::string report_json(const Report &report, const std::string &output,
+                        Spelling spelling = Spelling::plain);
 
 } // namespace fvv::mux

@@ -47,7 +47,8 @@ bool warn_of_quantisation(const Plan &plan, const MeshTrack &track, int64_t fram
   plan.observer.warn(plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": " +
                      (track.rung ? "rung " + std::to_string(track.rung) + ": " : "") + what +
                      " on the lattice, whose step is " + length_text(plan, plan.lattice.lattice.step) + ", " +
-                     plan.lattice.reason + " (--max-error or --step asks for a finer one)");
+                     plan.lattice.reason + " (" + option_name("max-error") + " or " + option_name("step") +
+                     " asks for a finer one)");
   return true;
 }
 
@@ -58,8 +59,8 @@ bool warn_of_rates(const Plan &plan, const Report &report) {
     if (!video.rate.over) continue;
     const media::VideoCodec &codec = *media::find_video_codec(video.codec);
     plan.observer.warn(
-        plan.capture.path + ": " +
-        fvv::format("--bitrate: %zu of %zu groups of the %s take more than %.4g kbit/s even at %s %d; in all "
+        plan.capture.path + ": " + option_name("bitrate") +
+        fvv::format(": %zu of %zu groups of the %s take more than %.4g kbit/s even at %s %d; in all "
                     "it is %.4g kbit/s",
                     video.rate.over, video.rate.groups, name_of(report, video).c_str(),
                     double(video.target_rate) / 1000, codec.scale, codec.coarsest, video.bit_rate / 1000));

@@ -220,7 +220,7 @@ Encoder::Encoder(const Configuration &configuration, const Options &options, con
                  const Observer &observer)
     : state(std::make_unique<State>()) {
   state->configuration = configuration;
-  state->options = options;
+  state->options = settled(options);
   state->options.frames.reset();
   state->options.cameras.clear();
   state->options.verify = false;
@@ -239,7 +239,7 @@ void Encoder::check_next(const Frame &frame) const {
   try {
     state->check_frame(frame);
   } catch (const Error &error) {
-    throw Error(error.what(), Error::usage);
+    throw Error(error.line(), Error::usage);
   }
 }
 

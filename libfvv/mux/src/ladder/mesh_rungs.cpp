@@ -33,13 +33,14 @@ MeshTrack coarser(const Plan &plan, const SampledScene &scene, size_t rung) {
 void add_mesh_rungs(Plan &plan, const SampledScene &scene, const Tiling &tiling) {
   const bool forced = plan.options.mesh_ladder == MeshLadder::on;
   if (plan.rung_count() < 2) {
-    if (forced) throw Error("--mesh-ladder on: expected --ladder", Error::usage);
+    if (forced)
+      throw Error(option_name("mesh-ladder", "on") + ": expected " + option_name("ladder"), Error::usage);
     return;
   }
   if (!plan.has_meshes())
     plan.shares_meshes = "there are no meshes";
   else if (plan.options.mesh_ladder == MeshLadder::off)
-    plan.shares_meshes = "as --mesh-ladder says";
+    plan.shares_meshes = "as " + option_name("mesh-ladder") + " says";
   uint16_t next = last_track + 1;
   for (const VideoTrack &track : plan.tracks) next = std::max<uint16_t>(next, uint16_t(track.id + 1));
   const bool wanted = plan.shares_meshes.empty();
@@ -56,7 +57,9 @@ void add_mesh_rungs(Plan &plan, const SampledScene &scene, const Tiling &tiling)
     plan.meshes.push_back(std::move(track));
   }
   if (forced && plan.meshes.size() < 2)
-    throw Error("--mesh-ladder on: no rung can have meshes of its own: " + plan.shares_meshes, Error::usage);
+    throw Error(option_name("mesh-ladder", "on") +
+                    ": no rung can have meshes of its own: " + plan.shares_meshes,
+                Error::usage);
 }
 
 std::vector<MeshDecision> decide_mesh_rungs(const Plan &plan, const std::vector<uint64_t> &meshes,

@@ -186,7 +186,9 @@ struct PartPlan::State {
 PartPlan::PartPlan(const Options &options, const Observer &observer, const Sink &first)
     : state(std::make_unique<State>()) {
   if (options.inputs.is_given() || options.capture.empty())
-    throw Error("--plan: expected a capture.json, which --write-capture makes of other inputs", Error::usage);
+    throw Error(option_name("plan") + ": expected a capture.json, which " + option_name("write-capture") +
+                    " makes of other inputs",
+                Error::usage);
   PlanData data;
   Options given = options;
   // Others encode from another current folder.

@@ -1,8 +1,10 @@
 #include "mux/src/parts/plan_data.h"
 #include "fvv/container.h"
 #include "fvv_cxx/error.h"
+#include "fvv_mux/option_table.h"
 #include "mux/src/background.h"
 #include "mux/src/meshes.h"
+#include "mux/src/options/option_values.h"
 #include "mux/src/pictures.h"
 #include "mux/src/planner.h"
 
@@ -42,45 +44,9 @@ struct Fields {
     auto &[origin, step] = v;
     a(origin, step);
   }
-  template <class A> static void of(A &a, Quality &v) {
-    auto &[is_psnr, value] = v;
-    a(is_psnr, value);
-  }
-  template <class A> static void of(A &a, Length &v) {
-    auto &[value, metric] = v;
-    a(value, metric);
-  }
-  template <class A> static void of(A &a, TileSize &v) {
-    auto &[width, height] = v;
-    a(width, height);
-  }
-  template <class A> static void of(A &a, Rung &v) {
-    auto &[scale, bit_rate] = v;
-    a(scale, bit_rate);
-  }
-  template <class A> static void of(A &a, MaxError &v) {
-    auto &[value, unit] = v;
-    a(value, unit);
-  }
   template <class A> static void of(A &a, FrameLimit &v) {
     auto &[width, height, pixels, name] = v;
     a(width, height, pixels, name);
-  }
-  template <class A> static void of(A &a, Options &v) {
-    auto &[capture, inputs, codec, bit_depth, quality, bit_rate, tile, scale, atlas_scale, ladder,
-           mesh_ladder, texture_bits, background, step, max_error, triangles, keep_geometry, group,
-           mesh_level, mesh_profile, delta, normals, winding, min_component, threads, frames, cameras,
-           pictures, meshes, repeat_configuration, live, verify, crop, visibility, colours, match_colours,
-           colour_cells, texture_threshold, texture_best, texture_unseen, texture_blend, texture_depth_bias,
-           texture_depth_slope, texture_inset, undistort, undistort_alpha, skip_bad_frames, environment,
-           sound, sound_bit_rate, sound_channels, video_pixels, video_size, video_tracks, frame_limit] = v;
-    a(capture, codec, bit_depth, quality, bit_rate, tile, scale, atlas_scale, ladder, mesh_ladder,
-      texture_bits, background, step, max_error, triangles, keep_geometry, group, mesh_level, mesh_profile,
-      delta, normals, winding, min_component, frames, cameras, pictures, meshes, repeat_configuration, live,
-      crop, visibility, colours, match_colours, colour_cells, texture_threshold, texture_best, texture_unseen,
-      texture_blend, texture_depth_bias, texture_depth_slope, texture_inset, undistort, undistort_alpha,
-      skip_bad_frames, environment, sound, sound_bit_rate, sound_channels, video_pixels, video_size,
-      video_tracks, frame_limit);
   }
   template <class A> static void of(A &a, decimate::Sight &v) {
     auto &[metres_per_pixel, distance, camera] = v;
@@ -262,6 +228,16 @@ private:
     Fields::of(saver, value);
     return std::move(saver.list);
   }
+  // Those of the table by name and text; what a capture on disk is without them.
+  static Cbor saved_object(Options &options) {
+    const Options defaults;
+    Cbor texts = Cbor::object();
+    for (const Option &option : option_table())
+      if (const std::string text = option.text(options);
+          option.is_planned && !option.is_list && text != option.text(defaults))
+        texts[option.name] = option.is_flag() && text.empty() ? "off" : text;
+    return Cbor::array({saved(options.capture), saved(options.cameras), saved(options.frame_limit), texts});
+  }
   static Cbor saved_object(std::vector<uint8_t> &value) { return Cbor::binary(value); }
   template <class T> static Cbor saved_object(std::vector<T> &value) { return saved_items(value); }
   template <class T, size_t n> static Cbor saved_object(std::array<T, n> &value) {
@@ -315,6 +291,14 @@ private:
     Loader loader(saved);
     Fields::of(loader, value);
   }
+  static void load_object(const Cbor &saved, Options &options) {
+    load(saved.at(0), options.capture);
+    load(saved.at(1), options.cameras);
+    load(saved.at(2), options.frame_limit);
+    for (const auto &[name, text] : saved.at(3).items())
+      set_option(options, name, text.get_ref<const std::string &>());
+    fill_in(options);
+  }
   static void load_object(const Cbor &saved, std::vector<uint8_t> &value) { value = saved.get_binary(); }
   template <class T> static void load_object(const Cbor &saved, std::vector<T> &value) {
     value.resize(saved.size());
@@ -350,7 +334,7 @@ private:
   const Cbor &list;
 };
 
-// Changes with every change of Fields.
+// Changes with every change of Fields and of the texts of options.
 constexpr int plan_version = 2;
 
 std::string version_text() {

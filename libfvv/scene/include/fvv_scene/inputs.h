@@ -32,7 +32,7 @@ Capture load_capture(const std::string &given, const Inputs &inputs);
 std::string describe_inputs(const std::string &given, const Inputs &inputs, const std::string &file,
                             std::vector<std::string> *notes = nullptr);
 
-// Values of options. Error (usage) names the option.
+// Values of options, which are named by their identifiers. Throw Error (usage) that names the option.
 //
 // "25" or "30000/1001", as seconds per frame.
 fvv_rational parse_frame_rate(const char *option, const std::string &text);
