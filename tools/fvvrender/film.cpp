@@ -62,7 +62,7 @@ Shown survey(const InputFile &file, const Options &options) {
   demux::LazySurvey lazy(file);
   const demux::Stream stream = demux::open_stream(file);
   demux::Selection wanted = film.frames;
-  if (film.count) wanted = demux::Selection::parse("--frame", std::to_string(options.frame));
+  if (film.count) wanted = demux::Selection::parse("frame", std::to_string(options.frame));
   const demux::Plan plan = demux::make_plan(stream.get(), file, wanted, lazy);
   if (!wanted.everything() && wanted.largest() >= plan.count)
     refuse((film.count ? "--frame" : "--frames") + (": frame " + std::to_string(wanted.largest())) +
@@ -187,7 +187,7 @@ public:
     if (!options.film.path.empty())
       path = view::parse_path(scene::read_file(options.film.path, max_path_file), options.film.path);
     up = view::up_vector(shown.scene.up_axis);
-    width = size_of(options).width;
+    height = size_of(options).height;
   }
 
   std::optional<double> end() const { return path ? std::optional(path->end()) : std::nullopt; }
@@ -208,7 +208,7 @@ public:
     view::Target out = target;
     out.pose = {key.position.x, key.position.y, key.position.z, key.target.x, key.target.y,
                 key.target.z,   top.x,          top.y,          top.z};
-    if (key.fov) out.focal = width / 2.0 / std::tan(*key.fov * 3.14159265358979323846 / 360);
+    if (key.fov) out.focal = height / 2.0 / std::tan(*key.fov * 3.14159265358979323846 / 360);
     return out;
   }
 
@@ -218,7 +218,7 @@ private:
   std::optional<view::Orbit> orbit;
   std::optional<view::Path> path;
   Vec3 up;
-  uint32_t width;
+  uint32_t height;
 };
 
 // Draws the pictures of a film, in order.

@@ -17,7 +17,7 @@ struct Keyframe {
   double time = 0; // seconds of the film
   Vec3 position, target;
   std::optional<Vec3> up;         // none: the scene's
-  std::optional<double> fov = {}; // degrees across the picture; none: as Target has it
+  std::optional<double> fov = {}; // vertical field of view in degrees; none: as Target has it
 };
 
 // Keyframes joined by cubics (Catmull-Rom for uneven times): the camera passes each of them at its time, and
