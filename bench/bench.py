@@ -335,7 +335,7 @@ def view():
     for tracks in "4", "camera":
         streams[tracks] = WORK / f"view-{tracks}.fvv"
         if not streams[tracks].exists():
-            tool("fvvmux", folder, "-o", streams[tracks], "--scale", 0.5, "--background", "flat", "--video-tracks", tracks,
+            tool("fvvmux", folder, "-o", streams[tracks], "--scale", 0.5, "--tile-fill", "flat", "--video-tracks", tracks,
                  "--force")  # fmt: skip
     return browser_decoder.views(streams)
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import av
 
-DEMO_OPTIONS = "--scale", "0.75", "--background", "flat"  # as ./run demo packs its capture
+DEMO_OPTIONS = "--scale", "0.75", "--tile-fill", "flat"  # as ./run demo packs its capture
 
 
 class Muxing:

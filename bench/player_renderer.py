@@ -88,7 +88,7 @@ def pose2sim():
     description["meshes"] = {"pattern": "solid_%d.obj"}
     solid((-0.94, -0.02, 0.9), (0.45, 0.45, 0.9), folder / "solid_0.obj")
     path.write_text(json.dumps(description))
-    return mux(path, "pose2sim", "--scale", "0.5", "--keep-geometry", "--crop", "none", "--background", "keep",
+    return mux(path, "pose2sim", "--scale", "0.5", "--keep-geometry", "--crop", "none", "--tile-fill", "keep",
                "--visibility", "weight")  # fmt: skip
 
 

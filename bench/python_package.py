@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 RUNS = 5
 WRITES = 3
 # Half a second of meshes and pictures, in groups of which a writer has one in memory.
-WRITTEN = {"frames": "0-11", "group": 6, "codec": "h264", "quality": 23, "no_audio": True}
+WRITTEN = {"frames": "0-11", "group": 6, "codec": "h264", "quality": 23, "no_sound": True}
 
 
 def read(path):

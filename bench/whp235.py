@@ -55,7 +55,7 @@ def plain(capture, folder):
     last = first + (description["frames"]["count"] - 1) * description["frames"].get("step", 1)
     # A range of all frames, so that further pictures in the videos are ignored.
     best = ["--codec", "jpeg", "--quality", "100", "--mesh-profile", "raw", "--frames", f"{first}-{last}"]
-    best += ["--keep-geometry", "--crop", "none", "--background", "keep"]
+    best += ["--keep-geometry", "--crop", "none", "--tile-fill", "keep"]
     if description["units"] != "unknown":
         best += ["--step", "0.1mm"]
     for command in (["fvvmux", capture, "-o", stream, *best], ["fvvdemux", stream, "-o", folder / "plain"]):

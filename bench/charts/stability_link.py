@@ -92,7 +92,7 @@ def filmed_stream():
         "off",
         "--crop",
         "none",
-        "--background",
+        "--tile-fill",
         "keep",
         "--visibility",
         "none",

@@ -193,7 +193,7 @@ def paper_row(source, arc):
     """Bytes of the messages, and the view with the paper's texturing: by the normal, cosine above 0.25, best three."""
     sizes = whp235.sizes(source / "capture.json", lambda picture: picture.size)
     made = experiment.packed(paper_capture(source), "--codec", "jpeg", "--quality", 100, "--keep-geometry", "--step", "1mm",
-                      "--crop", "none", "--background", "keep", "--visibility", "none", "--colours", "off",
+                      "--crop", "none", "--tile-fill", "keep", "--visibility", "none", "--colours", "off",
                       "--match-colours", "off", "--texture-inset", "off")  # fmt: skip
     row = views.measure(made.path, arc, "--blend", "paper", "--inset", 0)
     return {"all_bytes": sizes["all"] / arc.frames, "meshes_bytes": sizes["mesh"] / arc.frames, **row}

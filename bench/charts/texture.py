@@ -18,9 +18,9 @@ from . import drawing, experiment, numbers, system
 FRAMES = 6
 SIZES = "480x270", "960x540"
 MODES = {
-    "full": ("--crop", "none", "--background", "keep"),
-    "cropped, flat": ("--background", "flat"),
-    "cropped, smooth": ("--background", "smooth"),
+    "full": ("--crop", "none", "--tile-fill", "keep"),
+    "cropped, flat": ("--tile-fill", "flat"),
+    "cropped, smooth": ("--tile-fill", "smooth"),
 }
 # The codec's own numbers, from fine to coarse.
 NUMBERS = {
@@ -192,7 +192,7 @@ def defaults(results):
         ("fvvmux --codec", "h264", "; ".join(f"{NAMES[c]} {percent(min(v for v in m.values() if v is not None))}" for c, m in rates.items() if c != "jpeg")
          + " against whole pictures in H.264, each with its best background; H.264 is what every browser decodes"),
         ("fvvmux --crop", "auto", f"H.264: {said('h264')}"),
-        ("fvvmux --background", "auto: flat, smooth for AV1", f"H.264: {said('h264')}; AV1: {said('av1')}"),
+        ("fvvmux --tile-fill", "auto: flat, smooth for AV1", f"H.264: {said('h264')}; AV1: {said('av1')}"),
         ("guard band", "4 px", f"foreground of H.264 {leak(results):+.2f} dB against whole pictures at the same number: the most that it lets through"),
     ]  # fmt: skip
 

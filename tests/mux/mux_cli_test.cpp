@@ -202,10 +202,10 @@ TEST_CASE("wrong options: exit code 2, and the option is named") {
   const Folder folder;
   make_capture(folder);
   const std::vector<std::vector<std::string>> wrong = {
-      {"--codec", "vp8"},        {"--quality", "0"},       {"--quality", "42db2"},   {"--tile", "480"},
-      {"--scale", "2"},          {"--background", "blue"}, {"--step", "0"},          {"--mesh-level", "11"},
-      {"--mesh-profile", "obj"}, {"--group", "0"},         {"--threads", "0"},       {"--frames", "4-2"},
-      {"--min-component", "-1"}, {"--frames", "0-9"},      {"--background", "flat"}, {"--nonsense"}};
+      {"--codec", "vp8"},        {"--quality", "0"},      {"--quality", "42db2"},  {"--tile", "480"},
+      {"--scale", "2"},          {"--tile-fill", "blue"}, {"--step", "0"},         {"--mesh-level", "11"},
+      {"--mesh-profile", "obj"}, {"--group", "0"},        {"--threads", "0"},      {"--frames", "4-2"},
+      {"--min-component", "-1"}, {"--frames", "0-9"},     {"--tile-fill", "flat"}, {"--nonsense"}};
   for (const auto &words : wrong) {
     const ToolResult run = run_tool(arguments(folder, words));
     CHECK(run.exit == 2);

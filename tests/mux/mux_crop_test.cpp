@@ -42,7 +42,7 @@ std::vector<fvv_tile> tiles_of(const std::string &path, size_t group) {
 FileOptions cropping(const Folder &folder) {
   FileOptions options = options_for(folder);
   options.crop = mux::Crop::automatic;
-  options.background = mux::Background::automatic;
+  options.tile_fill = mux::TileFill::automatic;
   options.quality = {false, 20};
   options.verify = true;
   return options;
@@ -187,9 +187,9 @@ TEST_CASE("the background of cameras with masks is flat or smooth, as the codec 
   FileOptions options = cropping(folder);
   options.crop = mux::Crop::none;
   options.quality = {false, 10};
-  const auto corner = [&](uint32_t codec, mux::Background background) {
+  const auto corner = [&](uint32_t codec, mux::TileFill fill) {
     options.codec = codec;
-    options.background = background;
+    options.tile_fill = fill;
     if (codec == FVV_CODEC_JPEG) options.quality = {false, 95};
     mux_file(options);
     Stream stream(options.output);
@@ -197,12 +197,12 @@ TEST_CASE("the background of cameras with masks is flat or smooth, as the codec 
     return int(tile.pixels[3 * (4 * 64 + 4) + 2]);
   };
   // Blue is 40 + 50 k everywhere: 140 in camera 2.
-  CHECK(std::abs(corner(FVV_CODEC_AVC1, mux::Background::automatic) - 128) < 5);
-  CHECK(std::abs(corner(FVV_CODEC_AVC1, mux::Background::keep) - 140) < 8);
+  CHECK(std::abs(corner(FVV_CODEC_AVC1, mux::TileFill::automatic) - 128) < 5);
+  CHECK(std::abs(corner(FVV_CODEC_AVC1, mux::TileFill::keep) - 140) < 8);
   // What is smooth runs from one camera to the next.
-  CHECK(std::abs(corner(FVV_CODEC_AV01, mux::Background::automatic) - 97) < 8);
-  CHECK(std::abs(corner(FVV_CODEC_JPEG, mux::Background::automatic) - 128) < 5);
-  CHECK(std::abs(corner(FVV_CODEC_JPEG, mux::Background::smooth) - 97) < 8);
+  CHECK(std::abs(corner(FVV_CODEC_AV01, mux::TileFill::automatic) - 97) < 8);
+  CHECK(std::abs(corner(FVV_CODEC_JPEG, mux::TileFill::automatic) - 128) < 5);
+  CHECK(std::abs(corner(FVV_CODEC_JPEG, mux::TileFill::smooth) - 97) < 8);
 }
 
 TEST_CASE("what is sent around a silhouette has its colours") {
@@ -222,19 +222,19 @@ TEST_CASE("what is sent around a silhouette has its colours") {
   options.crop = mux::Crop::none;
   options.codec = FVV_CODEC_JPEG;
   options.quality = {false, 95};
-  const auto red = [&](mux::Background background, size_t x) {
-    options.background = background;
+  const auto red = [&](mux::TileFill fill, size_t x) {
+    options.tile_fill = fill;
     mux_file(options);
     Stream stream(options.output);
     const media::Image tile = media::extract(stream.pictures()[0], stream.configuration().videos[0].tiles[2]);
     return int(tile.pixels[3 * (24 * 64 + x)]);
   };
   for (const size_t x : {33u, 37u}) {
-    CHECK(red(mux::Background::keep, x) < 40);
-    CHECK(red(mux::Background::flat, x) > 190);
-    CHECK(red(mux::Background::smooth, x) > 150);
+    CHECK(red(mux::TileFill::keep, x) < 40);
+    CHECK(red(mux::TileFill::flat, x) > 190);
+    CHECK(red(mux::TileFill::smooth, x) > 150);
   }
-  CHECK(std::abs(red(mux::Background::flat, 50) - 128) < 10);
+  CHECK(std::abs(red(mux::TileFill::flat, 50) - 128) < 10);
 }
 
 TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get more of them") {

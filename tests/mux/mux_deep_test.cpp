@@ -86,7 +86,7 @@ TEST_CASE("a target PSNR is reached and verified with 10 bits as with 8") {
     options.codec = FVV_CODEC_VP09;
     options.quality = {true, 40};
     options.bit_depth = bits;
-    options.background = mux::Background::flat;
+    options.tile_fill = mux::TileFill::flat;
     options.verify = true;
     const mux::Report summary = mux_file(options);
     CHECK(summary.videos[0].sample_foreground);

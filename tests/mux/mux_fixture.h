@@ -189,7 +189,7 @@ inline FileOptions options_for(const Folder &folder) {
   options.threads = 2;
   options.keep_geometry = true;   // tests count triangles
   options.crop = mux::Crop::none; // and look for pixels where they were
-  options.background = mux::Background::keep;
+  options.tile_fill = mux::TileFill::keep;
   options.match_colours = mux::MatchColours::off; // cameras of these captures show different things
   options.visibility = mux::Visibility::none;     // and chunks
   return options;

@@ -95,7 +95,7 @@ TEST_CASE("options are set by the names of the command line, and refused by them
       {{"triangles", "100"}, {"keep-geometry", "on"}},
       {{"mesh-ladder", "on"}},
       {{"undistort-alpha", "1"}},
-      {{"audio-bitrate", "96k"}, {"no-audio", "on"}},
+      {{"sound-bitrate", "96k"}, {"no-sound", "on"}},
   };
   for (const auto &pairs : wrong) {
     options = {};

@@ -182,7 +182,7 @@ TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 
   const scene::Capture capture = make_capture(folder, shape);
   FileOptions options = options_for(folder);
   options.codec = FVV_CODEC_JPEG;
-  options.background = mux::Background::flat;
+  options.tile_fill = mux::TileFill::flat;
   const mux::Report summary = mux_file(options);
   CHECK(summary.videos[0].sample_foreground);
   Stream stream(options.output);
@@ -196,7 +196,7 @@ TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 
   CHECK(off(32, 7, 75) <= 35); // 7 px above it: from 40 to 140 as in the disc, not 21 as in the picture
   shape.masks = false;
   make_capture(folder, shape);
-  CHECK(failure(options) == "--background flat: camera 3 (camera 0) has no masks");
+  CHECK(failure(options) == "--tile-fill flat: camera 3 (camera 0) has no masks");
 }
 
 TEST_CASE("unlike cameras, scaled: tiles say the scale, cameras keep their size") {

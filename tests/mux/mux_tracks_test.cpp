@@ -137,7 +137,7 @@ TEST_CASE("crops are spread the same way, each group with a layout of every trac
   const Folder folder;
   FileOptions options = spread(folder, with_masks());
   options.crop = mux::Crop::automatic;
-  options.background = mux::Background::flat;
+  options.tile_fill = mux::TileFill::flat;
   options.frame_limit->pixels = 3 * 48 * 48;
   options.verify = true;
   const mux::Report summary = mux_file(options);

@@ -241,7 +241,7 @@ TEST_CASE("a stream with --undistort holds cameras without lens, and verifies") 
   FileOptions options = options_for(folder);
   options.undistort = options.verify = true;
   options.crop = mux::Crop::automatic; // by masks of cameras without lens
-  options.background = mux::Background::flat;
+  options.tile_fill = mux::TileFill::flat;
   const mux::Report summary = mux_file(options);
   REQUIRE(summary.verdict);
   CHECK(summary.undistorted->size() == 2);

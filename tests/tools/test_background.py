@@ -53,7 +53,7 @@ def test_an_environment_follows_the_second_frame(stage, fvvinfo):
 def test_without_and_with_repetitions(stage, tmp_path, fvvinfo):
     folder = stage[0]
     kinds = {}
-    for name, option in [("none", "--no-background"), ("each", "--repeat-configuration")]:
+    for name, option in [("none", "--no-environment"), ("each", "--repeat-configuration")]:
         out = tmp_path / f"{name}.fvv"
         run("fvvmux", folder, "-o", out, *LIGHTLY, "--group", 2, "--triangles", 3000, option)
         info = json.loads(fvvinfo("--check", "--chunks", "--json", out).stdout)["files"][0]
@@ -86,7 +86,7 @@ def test_an_environment_comes_out_and_goes_in_again(stage, tmp_path):
             data = view(document["accessors"][accessor]["bufferView"])
             points.append(np.sort(np.frombuffer(data, "<f4").reshape(-1, 3), axis=0))
         assert np.abs(points[0] - points[1]).max() < 1e-3
-    run("fvvdemux", stream, "-o", tmp_path / "bare", "--no-background")
+    run("fvvdemux", stream, "-o", tmp_path / "bare", "--no-environment")
     assert "background" not in json.loads((tmp_path / "bare/capture.json").read_text())
 
 

@@ -11,7 +11,7 @@ from reference import container, openexr
 
 WIDTH, HEIGHT, FRAMES, CAMERAS = 96, 54, 2, 3
 SMALL = ("--rig", "small", "--frames", FRAMES, "--cameras", CAMERAS, "--size", f"{WIDTH}x{HEIGHT}")
-WHOLE = ("--crop", "none", "--background", "keep")  # pictures with all of their pixels
+WHOLE = ("--crop", "none", "--tile-fill", "keep")  # pictures with all of their pixels
 
 
 def linear(codes):
@@ -54,7 +54,7 @@ def test_a_sequence_in_linear_light_gives_the_stream_that_its_display_values_giv
     streams = {}
     for kind, folder in pair.items():
         out = tmp_path / f"{kind}.fvv"
-        run("fvvmux", folder, "-o", out, "--codec", "jpeg", "--quality", "40dB", "--background", "flat")
+        run("fvvmux", folder, "-o", out, "--codec", "jpeg", "--quality", "40dB", "--tile-fill", "flat")
         streams[kind] = out.read_bytes()
     assert len(streams["png"]) > 10000
     assert streams["exr"] == streams["png"]

@@ -464,7 +464,7 @@ def test_pictures_that_were_turned_and_cut_are_put_in_their_place(small, tmp_pat
         in run("fvvmux", small, "-o", tmp_path / "out.fvv", code=1).stderr
     )
     describe(small, lambda d: use(d["cameras"][0], rotate=90, place=[6, 0]))
-    options = ["--codec", "jpeg", "--quality", "100", "--crop", "none", "--background", "flat"]
+    options = ["--codec", "jpeg", "--quality", "100", "--crop", "none", "--tile-fill", "flat"]
     mux(small, *(options if kind == "masks" else options[:-2]), "--verify")
     out = tmp_path / "out"
     run("fvvdemux", small.with_suffix(".fvv"), "-o", out)

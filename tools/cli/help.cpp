@@ -165,7 +165,8 @@ std::string near_name(const CLI::App &app, const std::string &given) {
   std::string best;
   size_t least = std::max<size_t>(2, given.size() / 3) + 1;
   for (const CLI::Option *option : app.get_options())
-    for (const std::string &name : option->get_lnames()) {
+    for (const std::string &name :
+         option->get_group().empty() ? std::vector<std::string>() : option->get_lnames()) {
       const std::string full = "--" + name;
       const size_t apart = full.compare(0, given.size(), given) == 0 ? 1 : distance(given, full);
       if (apart < least) {
@@ -193,6 +194,18 @@ void set_help(CLI::App &app, const std::string &tool, const std::vector<std::str
   // Thrown while options are read, as the version: whatever else is required may be absent.
   app.add_flag_callback("--help-json", [&app, help] { throw CLI::CallForVersion(help->json(app), 0); })
       ->group("");
+}
+
+void make_former(CLI::Option &former, CLI::Option &now) {
+  former.group("");
+  former.excludes(&now);
+}
+
+bool is_given_formerly(const CLI::Option &former, const CLI::Option &now) {
+  if (!former.count()) return false;
+  warn(former.get_name() + ": is called " + now.get_name() +
+       " now; the next version does not know this name");
+  return true;
 }
 
 int end_of_parsing(const CLI::App &app, const CLI::ParseError &error) {

@@ -28,9 +28,11 @@ std::string plain(const std::string &type) {
   return type == "UINT" || type == "INT" || type == "FLOAT" ? "N" : type;
 }
 
+// Former names are not in the help.
 std::vector<std::string> long_names(const std::set<CLI::Option *> &options) {
   std::vector<std::string> names;
-  for (const CLI::Option *option : options) names.push_back(option->get_name());
+  for (const CLI::Option *option : options)
+    if (!option->get_group().empty()) names.push_back(option->get_name());
   std::sort(names.begin(), names.end()); // the set is in the order of addresses
   return names;
 }

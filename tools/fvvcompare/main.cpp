@@ -58,9 +58,7 @@ int main(int argc, char **argv) {
   app.add_option("A", options.a, "the reference: a capture.json, its folder, or a fvv stream")
       ->required()
       ->type_name("FILE.json|fvv");
-  app.add_option("B", options.b, "the sequence to compare with it, likewise")
-      ->required()
-      ->type_name("FILE.json|fvv");
+  app.add_option("B", options.b, "the sequence to compare with A")->required()->type_name("FILE.json|fvv");
   app.add_option("--frames", frames, "frame numbers of A to compare: 10-19");
   app.add_option("--start", options.start, "frame number of A that the first frame of B shows");
   app.add_option("--samples", options.samples, "of each surface and frame, besides its vertices")

@@ -61,9 +61,9 @@ int main(int argc, char **argv) {
   app.add_option("IN", input, "fvv file")->required()->type_name("FILE.fvv");
   app.add_option("-o,--output", output, "folder to write")->required()->type_name("FOLDER");
   app.add_option("--frames", frames, "numbers in the stream, from 0: 25 or 0-9,25; default: all");
-  app.add_option("--cameras", cameras, "identifiers, in the same way; default: all");
+  app.add_option("--cameras", cameras, "identifiers: 3 or 0-9,25; default: all");
   app.add_option("--rung", options.rung,
-                 "of a stream with several qualities: 0 is the best, a number beyond the last means the last")
+                 "of a stream with several rungs: 0 is the best, a number beyond the last means the last")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
   app.add_option(
@@ -81,8 +81,14 @@ int main(int argc, char **argv) {
       ->transform(CLI::CheckedTransformer(pictures).description(""))
       ->type_name("png|jpg|exr|none");
   app.add_option("--quality", options.quality, "of jpg, 1 to 100; default 95")->check(CLI::Range(1, 100));
-  app.add_flag("!--no-background", options.background, "do not write the static environment, background.glb");
-  app.add_flag("!--no-audio", options.sound, "do not write the sound, audio/TRACK.opus or .m4a");
+  auto *no_environment = app.add_flag("!--no-environment", options.background,
+                                      "do not write the static environment, background.glb");
+  auto *no_background = app.add_flag("--no-background");
+  cli::make_former(*no_background, *no_environment);
+  auto *no_sound =
+      app.add_flag("!--no-sound", options.sound, "do not write the sound, audio/TRACK.opus or .m4a");
+  auto *no_audio = app.add_flag("--no-audio");
+  cli::make_former(*no_audio, *no_sound);
   app.add_flag(
       "--mp4", options.mp4,
       "also write the video tracks as they are, video/TRACK.mp4 (H.264, HEVC); --frames then selects "
@@ -113,6 +119,8 @@ int main(int argc, char **argv) {
   return cli::run("fvvdemux", [&] {
     if (frames) options.frames = demux::Selection::parse("frames", *frames);
     if (cameras) options.cameras = demux::Selection::parse("cameras", *cameras);
+    if (cli::is_given_formerly(*no_background, *no_environment)) options.background = false;
+    if (cli::is_given_formerly(*no_audio, *no_sound)) options.sound = false;
     demux::Result result;
     try {
       demux::demux(input, output, options, result);

@@ -208,7 +208,8 @@ int main(int argc, char **argv) {
                  "instead: a video of each camera, with {name} or {id}, which begins with the first frame")
       ->type_name("FILE")
       ->excludes(pictures);
-  app.add_option("--masks", a.masks, "silhouettes, in the same way")->type_name("PATTERN");
+  app.add_option("--masks", a.masks, "silhouettes: a pattern, or videos, as of --pictures and --videos")
+      ->type_name("PATTERN");
   app.add_option("--meshes", a.meshes,
                  "meshes, in metres; with units unknown, in the units of the calibration")
       ->type_name("PATTERN");

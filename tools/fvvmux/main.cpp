@@ -91,7 +91,7 @@ const std::vector<std::string> examples = {
     "fvvmux players -o players.fvv",
     "fvvmux --meshes 'f/%04d.obj' --atlas 'f/%04d.png' --fps 30 -o f.fvv",
     "fvvmux players -o players.fvv --quality 38dB --max-error 0.3 --codec hevc",
-    "fvvmux players -o players.fvv --scale 0.75 --background flat --ladder 1,0.75,0.5",
+    "fvvmux players -o players.fvv --scale 0.75 --tile-fill flat --ladder 1,0.75,0.5",
 };
 
 struct WrittenSegments {

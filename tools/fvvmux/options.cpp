@@ -1,6 +1,5 @@
 #include "fvvmux/options.h"
 
-#include "cli/cli.h"
 #include "fvv_cxx/format.h"
 
 namespace fvv {
@@ -31,8 +30,7 @@ StreamOptions::StreamOptions(CLI::App &app) {
     value.option = declare(app, row.name, value);
     if (row.former.empty()) continue;
     value.former = declare(app, row.former, value);
-    value.former->group(""); // not in the help
-    value.former->excludes(value.option);
+    cli::make_former(*value.former, *value.option);
   }
   for (const Value &value : values) {
     for (const std::string &other : value.row->excludes) value.option->excludes(app.get_option("--" + other));
@@ -62,9 +60,7 @@ void StreamOptions::apply(mux::Options &options) const {
   for (const Value &value : values) {
     if (!value.is_given()) continue;
     const mux::Option &row = *value.row;
-    if (value.former && value.former->count())
-      cli::warn("--" + row.former + ": is called --" + row.name +
-                " now; the next version does not know the " + "former name");
+    if (value.former) cli::is_given_formerly(*value.former, *value.option);
     mux::set_option(options, row.name,
                     row.is_flag() ? (value.flag ? "on" : "off")
                     : row.is_list ? joined(value.list, ',')

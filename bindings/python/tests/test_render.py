@@ -192,7 +192,7 @@ def coarse(players):
     """The players on a coarser lattice."""
     out = players.parent / "coarse.fvv"
     tool("fvvmux", players.parent / "capture/capture.json", "-o", out, "--keep-geometry", "--step", "10mm",
-         "--no-audio", "--visibility", "none", "--codec", "jpeg")  # fmt: skip
+         "--no-sound", "--visibility", "none", "--codec", "jpeg")  # fmt: skip
     return out
 
 

@@ -77,7 +77,7 @@ def test_a_writer_is_fvvmux(players, tmp_path, options):
     # All frames are one group, so that both plan by the same frames; a writer leaves room in cropped layouts.
     options = {"crop": "none", "group": 4, **options}
     folder = players.parent / "capture"
-    tool("fvvmux", folder, "-o", tmp_path / "theirs.fvv", "--no-audio", "--frames", "0-3", *command(options))
+    tool("fvvmux", folder, "-o", tmp_path / "theirs.fvv", "--no-sound", "--frames", "0-3", *command(options))
     described, cameras, frame = read_capture(folder)
     with fvv.Writer(
         tmp_path / "own.fvv", rate=25, cameras=cameras, name=described["name"], up=described["up"], **options
@@ -160,7 +160,7 @@ def test_pictures_and_masks():
         pictures = {c.id: picture(c, grey[c.id]) for c in cameras}
         masks = {"left": numpy.ones((48, 64), bool), 1: numpy.full((60, 80), 255, numpy.uint8)}
         frames.append({"mesh": (TETRAHEDRON + 0.01 * i, FACES), "pictures": pictures, "masks": masks})
-    content, _ = written(frames, cameras=cameras, name="two", up="+y", background="keep", crop="none", **TINY)
+    content, _ = written(frames, cameras=cameras, name="two", up="+y", tile_fill="keep", crop="none", **TINY)
     with fvv.open(content) as clip:
         assert clip.up == "+y" and list(clip[0].pictures) == [1, 3]
         for frame in clip:
@@ -175,7 +175,7 @@ def test_pictures_and_masks():
         image[:, : c.width] = picture(c, grey[c.id])
     same, _ = written(
         [(f["mesh"], [w[:, : c.width] for w, c in zip(wide, cameras)], f["masks"]) for f in frames],
-        cameras=cameras, name="two", up="+y", background="keep", crop="none", **TINY,
+        cameras=cameras, name="two", up="+y", tile_fill="keep", crop="none", **TINY,
     )  # fmt: skip
     assert same == content
     content, _ = written([(f["mesh"], [f["pictures"][3], None]) for f in frames], cameras=cameras, **TINY)

@@ -251,7 +251,7 @@ def test_any_layout_comes_back(sizes, crop, scale):
     masks = [numpy.full((c.height, c.width), 255, numpy.uint8) if s[2] else None for c, s in zip(rig, sizes)]
     content = written(
         [((TETRAHEDRON, FACES), pictures, masks)] * 2, cameras=rig, codec="jpeg", quality=95, crop=crop, scale=scale,
-        visibility="none", colours=False, match_colours=False, texture_inset=False, background="keep",
+        visibility="none", colours=False, match_colours=False, texture_inset=False, tile_fill="keep",
     )  # fmt: skip
     assert fvv.check(content).ok
     with fvv.open(content) as clip:

@@ -146,12 +146,12 @@ export function makeClips(...wanted) {
   ];
   const kinds = {
     environment: [tracked, "--no-pictures"],
-    delta: [tracked, "--triangles", "3000", "--no-background"],
-    raw: [tracked, "--no-delta", "--mesh-profile", "raw", "--codec", "jpeg", "--no-background"],
-    fast: [tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9", "--no-background"],
-    draco: [tracked, "--no-delta", "--no-pictures", "--no-background"],
+    delta: [tracked, "--triangles", "3000", "--no-environment"],
+    raw: [tracked, "--no-delta", "--mesh-profile", "raw", "--codec", "jpeg", "--no-environment"],
+    fast: [tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9", "--no-environment"],
+    draco: [tracked, "--no-delta", "--no-pictures", "--no-environment"],
     moving: [studio, "--keep-geometry", ...texturing],
-    hull: [studio, "--keep-geometry", "--no-pictures", "--no-background", "--visibility", "none"],
+    hull: [studio, "--keep-geometry", "--no-pictures", "--no-environment", "--visibility", "none"],
     live: [studio, "--live", "--repeat-configuration"],
     // Samples large enough that leaving one out is worth a request.
     tracks: [ring, "--video-tracks", "camera", "--codec", "jpeg", "--group", "2", "--crop", "none"],
@@ -169,7 +169,7 @@ export function makeClips(...wanted) {
       "1",
       "--crop",
       "none",
-      "--no-background",
+      "--no-environment",
     ],
   };
   const clips = {};

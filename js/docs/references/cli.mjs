@@ -86,6 +86,11 @@ function helpOfTools(tools) {
   });
 }
 
+/** The page of one tool, as Markdown. */
+export function toolReference(name, tools) {
+  return page(jsonOf(join(tools, name, name), "--help-json"), TOOLS[name]);
+}
+
 function helpOfPython() {
   const script = join(root, "js/docs/references/capture_help.py");
   return jsonOf(process.env.PYTHON ?? "python3", script, join(root, "bindings/python/fvv"));

@@ -33,7 +33,7 @@ function makeStreams() {
   synth("few", "--rig", "small", "--cameras", "4", "--frames", "1", "--size", "160x120");
   mux("few", "few", "--visibility", "weight", "--codec", "vp9");
   const texturing = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
-  mux("studio", "texturing", "--visibility", "weight", "--no-background", "--frames", "0-0", ...texturing);
+  mux("studio", "texturing", "--visibility", "weight", "--no-environment", "--frames", "0-0", ...texturing);
   // The same scene, scaled so that its longest side has this length.
   const capture = JSON.parse(readFileSync(at("studio/capture.json"), "utf8"));
   delete capture.background;

@@ -336,7 +336,7 @@ Span span_of(uint32_t low, uint32_t high, uint32_t source, uint32_t whole) {
   const bool exact = whole / common <= longest_step;
   const uint32_t step = exact ? source / common : 1, becomes = exact ? whole / common : 0;
   // Everything that flatten keeps is inside.
-  const uint32_t border = std::max(background_margin, (margin * source + whole - 1) / whole);
+  const uint32_t border = std::max(tile_fill_margin, (margin * source + whole - 1) / whole);
   low = low > border ? (low - border) / step * step : 0;
   high = std::min(source, (std::min(source, high + border) + step - 1) / step * step);
   const uint32_t size = high - low;

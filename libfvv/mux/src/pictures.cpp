@@ -18,10 +18,10 @@
 
 namespace fvv::mux {
 
-Background background_of(const Options &options) {
-  if (options.background != Background::automatic) return options.background;
+TileFill tile_fill_of(const Options &options) {
+  if (options.tile_fill != TileFill::automatic) return options.tile_fill;
   // Measured (docs/encoding/tiles.md): only AV1 takes fewer bytes for slopes than for the rim of a flat area.
-  return options.codec == FVV_CODEC_AV01 ? Background::smooth : Background::flat;
+  return options.codec == FVV_CODEC_AV01 ? TileFill::smooth : TileFill::flat;
 }
 
 namespace {
@@ -150,7 +150,7 @@ template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask) {
   const scene::Capture &capture = plan.capture;
   const Tiling &tiling = track.tiling;
-  const Background background = background_of(plan.options);
+  const TileFill fill = tile_fill_of(plan.options);
   const int64_t number = capture.frames.number(int64_t(i));
   std::vector<fvv_tile> tiles = track.tiles_of(plan.group_of(i));
   std::vector<media::BasicImage<Sample>> images;
@@ -184,15 +184,15 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
     images.push_back(part(load_view<Sample>(plan, index, *camera.pictures, number, 3)));
     masks.emplace_back();
     tiles[k].source.x = tiles[k].source.y = 0;
-    if (!camera.masks || !(with_mask || background != Background::keep)) continue;
+    if (!camera.masks || !(with_mask || fill != TileFill::keep)) continue;
     masked = true;
     masks.back() = part(load_view<uint8_t>(plan, index, *camera.masks, number, 1));
-    if (background != Background::keep) media::extend(images.back(), masks.back(), background_margin);
-    if (background == Background::flat) media::flatten(images.back(), masks.back(), background_margin);
+    if (fill != TileFill::keep) media::extend(images.back(), masks.back(), tile_fill_margin);
+    if (fill == TileFill::flat) media::flatten(images.back(), masks.back(), tile_fill_margin);
   }
   try {
     Picture<Sample> picture = {media::compose(tiles, images, tiling.width, tiling.height), {}};
-    if (masked && background == Background::smooth)
+    if (masked && fill == TileFill::smooth)
       media::fill_smoothly(picture.image, media::compose_masks(tiles, masks, tiling.width, tiling.height));
     if (masked && with_mask) picture.mask = media::compose_masks(tiles, masks, tiling.width, tiling.height);
     return picture;

@@ -15,9 +15,9 @@ namespace fvv::mux {
 
 // Pixels of the capture's pictures around the silhouette that continue its colours. Meshes and masks are
 // rarely accurate to a few pixels.
-constexpr uint32_t background_margin = 8;
+constexpr uint32_t tile_fill_margin = 8;
 // How the rest is changed: never automatic.
-Background background_of(const Options &options);
+TileFill tile_fill_of(const Options &options);
 
 // The video frame of frame i, for samples of media::with_sample_type; mask only if requested and if a camera
 // has masks.

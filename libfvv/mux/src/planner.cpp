@@ -60,10 +60,10 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
       camera.masks.reset();
     }
     pictures = pictures || camera.pictures;
-    const bool fills = options.background == Background::flat || options.background == Background::smooth;
+    const bool fills = options.tile_fill == TileFill::flat || options.tile_fill == TileFill::smooth;
     if (fills && camera.pictures && !camera.masks)
-      throw Error(option_name("background", options.background == Background::flat ? "flat" : "smooth") +
-                      ": " + scene::describe(camera) + " has no masks",
+      throw Error(option_name("tile-fill", options.tile_fill == TileFill::flat ? "flat" : "smooth") + ": " +
+                      scene::describe(camera) + " has no masks",
                   Error::usage);
   }
   if (!pictures && !capture.meshes)

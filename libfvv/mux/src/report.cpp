@@ -150,8 +150,8 @@ const char *fill_text(const Plan &plan) {
   const auto &cameras = plan.capture.cameras;
   const bool masks = std::any_of(cameras.begin(), cameras.end(), [](const auto &c) { return bool(c.masks); });
   if (!masks) return "keep";
-  const Background background = background_of(plan.options);
-  return background == Background::flat ? "flat" : background == Background::smooth ? "smooth" : "keep";
+  const TileFill fill = tile_fill_of(plan.options);
+  return fill == TileFill::flat ? "flat" : fill == TileFill::smooth ? "smooth" : "keep";
 }
 
 bool in_pixels(const DecimationChoice &choice) {

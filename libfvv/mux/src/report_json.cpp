@@ -259,7 +259,7 @@ Json video_json(const Report &r, const VideoTrackReport &video) {
     out["crop"] = {{"cropped", r.crop.cropped},        {"reason", r.crop.reason},
                    {"by_masks", r.crop.by_masks},      {"by_mesh", r.crop.by_mesh},
                    {"pixel_share", video.pixel_share}, {"layouts", r.crop.layouts},
-                   {"background", r.crop.fill}};
+                   {"fill", r.crop.fill}};
   out["sample_frames"] = video.sample_frames;
   out["sample_psnr"] = decibels(video.sample_psnr);
   out["sample_foreground"] = video.sample_foreground;

@@ -96,7 +96,7 @@ void crop_lines(std::string &out, const Report &r) {
   const size_t tracks = r.tile_track_count();
   line(out,
        "  tiles     %s%s: the frame%s %.1f %% of the pixels of %zu whole pictures; %zu of %zu groups have a "
-       "layout of their own; background: %s",
+       "layout of their own; fill: %s",
        crop.cropped ? "cropped " : "not cropped, ", crop.reason.c_str(),
        tracks > 1 ? "s together have" : " has", 100 * share, tiles, crop.layouts, r.groups,
        crop.fill.c_str());

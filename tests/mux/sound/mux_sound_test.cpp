@@ -274,8 +274,8 @@ TEST_CASE("sound that is dropped or cut is named") {
   options.sound = true;
   options.sound_bit_rate = 6000;
   CHECK_THROWS_WITH(plan_of(options, warnings),
-                    "audio-bitrate: expected 12000 to 512000 bit/s for the 2 channels of " +
-                        options.capture + "/a.wav, found 6000");
+                    "sound-bitrate: expected 12000 to 512000 bit/s for the 2 channels of " + options.capture +
+                        "/a.wav, found 6000");
 }
 
 TEST_CASE("damaged sound is a loss, and the rest is there") {

@@ -92,3 +92,32 @@ def test_short_help_of_fvvmux_is_a_part_of_all_help():
     assert len(known) > 60
     assert max(map(len, everything.splitlines())) <= 100
     assert "fvvmux players -o players.fvv" in short
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_says_what_something_is_the_same_as(name):
+    found = json.loads(called(name, "--help-json").stdout)
+    options = [option for group in found["groups"] for option in group["options"]]
+    for option in options + found["positionals"]:
+        text = option["text"].lower()
+        # An option is read alone: there is nothing before it that it could be the same as.
+        assert not re.match(r"the same\b|in the same way|likewise\b", text), option
+        assert "in the same way" not in text, option
+        assert all(named.startswith("--") for named in re.findall(r"the same as (\S+)", text)), option
+
+
+def test_former_names_of_options_warn_and_are_not_in_the_help(tmp_path):
+    for name, former, now in [
+        ("fvvmux", "--background", "--tile-fill"),
+        ("fvvmux", "--no-background", "--no-environment"),
+        ("fvvmux", "--no-audio", "--no-sound"),
+        ("fvvdemux", "--no-background", "--no-environment"),
+        ("fvvdemux", "--no-audio", "--no-sound"),
+    ]:
+        help_all = called(name, "--help-all" if name == "fvvmux" else "--help").stdout
+        assert f"{now}" in help_all and not re.search(rf"{former}\b", help_all)
+        value = [] if former.startswith("--no-") else ["flat"]
+        done = called(name, tmp_path / "none", "-o", tmp_path / "out", former, *value)
+        assert f"{name}: warning: {former}: is called {now} now" in done.stderr
+        both = called(name, tmp_path / "none", "-o", tmp_path / "out", former, *value, now, *value)
+        assert both.returncode == 2 and former in both.stderr

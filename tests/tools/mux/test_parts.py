@@ -52,17 +52,17 @@ CASES = {
     "live": ("small", ("--live", "--repeat-configuration", "--codec", "hevc", "--bitrate", "60k")),
     "stills": (
         "small",
-        ("--codec", "jpeg", "--quality", 80, "--video-tracks", 2, "--no-delta", "--no-audio"),
+        ("--codec", "jpeg", "--quality", 80, "--video-tracks", 2, "--no-delta", "--no-sound"),
     ),
     "ladder": ("small", ("--ladder", "1,0.5", "--mesh-ladder", "on", "--max-error", 0.4)),
     # Visibility does not pay, which the first group decides; the rate cannot be kept, which is a warning.
     "starved": ("small", ("--bitrate", "8k", "--max-error", "1mm", "--skip-bad-frames")),
     "selected": (
         "small",
-        ("--frames", "2-8", "--cameras", "0,2", "--no-background", "--visibility", "none", "--colours", "off")
+        ("--frames", "2-8", "--cameras", "0,2", "--no-environment", "--visibility", "none", "--colours", "off")
         + ("--texture-best", 2, "--texture-blend", "paper", "--texture-unseen", "1,2,3", "--keep-geometry"),
     ),
-    "pictures": ("small", ("--no-meshes", "--crop", "none", "--background", "keep", "--tile", "96x64")),
+    "pictures": ("small", ("--no-meshes", "--crop", "none", "--tile-fill", "keep", "--tile", "96x64")),
     "moving": ("studio", ("--undistort", "--match-colours", "on", "--video-size", "256x256")),
     "forced": (
         "studio",

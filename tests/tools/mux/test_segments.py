@@ -241,5 +241,5 @@ def test_numbers_of_rungs(tmp_path):
     for number in "-1", "65536", "1.5", "x", "":
         run("fvvdemux", path, "-o", tmp_path / "out", "--rung", number, code=2)
         run("fvvrender", path, "-o", tmp_path / "out.png", "--pose", "1,1,1,0,0,0", "--rung", number, code=2)
-    done = figures("fvvdemux", path, "-o", tmp_path / "out", "--rung", "65535", "--no-background")
+    done = figures("fvvdemux", path, "-o", tmp_path / "out", "--rung", "65535", "--no-environment")
     assert done["meshes"] == 6 and not done["warnings"], "any other number names a rung"

@@ -30,7 +30,7 @@ function makeClip(folder, seconds) {
   const [short, meshes, long, clip] = ["short", "meshes", "long", "players.fvv"].map((name) => join(folder, name));
   const rig = ["--rig", "small", "--meshes", "tracked", "--cameras", "1", "--size", "64x48", "--frames", `${PERIOD}`];
   tool("fvvsynth", "-o", short, ...rig, "--sound");
-  tool("fvvmux", short, "-o", clip, "--triangles", "500", "--no-pictures", "--no-audio");
+  tool("fvvmux", short, "-o", clip, "--triangles", "500", "--no-pictures", "--no-sound");
   tool("fvvdemux", clip, "-o", meshes, "--meshes", "ply");
   const frames = seconds * RATE;
   for (const name of ["meshes", "cam0"]) mkdirSync(join(long, name), { recursive: true });

@@ -91,9 +91,9 @@ enum class Winding { automatic, keep, flip };
 // automatic: to the visible scene, where there are masks or meshes.
 enum class Crop { automatic, none };
 
-// Around the silhouettes of cameras with masks. flat: grey beyond background_margin. automatic: what takes
-// fewest bytes with the codec.
-enum class Background { automatic, keep, flat, smooth };
+// Of tiles, around the silhouettes of cameras with masks. flat: grey beyond tile_fill_margin. automatic: what
+// takes fewest bytes with the codec.
+enum class TileFill { automatic, keep, flat, smooth };
 
 // automatic: weights, where they take few bytes beside the pictures.
 enum class Visibility { automatic, weights, none };
@@ -121,7 +121,7 @@ struct Options {
   std::vector<Rung> ladder;     // 2 to most_rungs with falling scales; empty: every picture is sent once
   MeshLadder mesh_ladder = MeshLadder::automatic;
   uint32_t texture_bits = 0; // of texture indices; 0: as the capture says, else libfvv's default
-  Background background = Background::automatic;
+  TileFill tile_fill = TileFill::automatic;
   std::optional<Length> step;
   std::optional<MaxError> max_error; // else the defaults above
   uint32_t triangles = 0;            // of a frame, whatever that costs; 0: max_error decides
@@ -156,7 +156,7 @@ struct Options {
   bool undistort = false;       // pictures without lens
   double undistort_alpha = 0;   // 0: none of their pixels are blank; 1: they show all that the sources show
   bool skip_bad_frames = false; // leave out frames of a capture on disk whose files cannot be used
-  bool environment = true;      // the capture's background, if it has one
+  bool environment = true;      // the capture's static surroundings, if it has some
   bool sound = true;            // the capture's, likewise
   uint32_t sound_bit_rate = 0;  // of each track; 0: packets of Opus and AAC-LC stay, others by their channels
   uint32_t sound_channels = 2;  // at most, of sound that is encoded; of placed sound 1

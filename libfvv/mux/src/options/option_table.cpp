@@ -15,7 +15,8 @@ namespace fvv::mux {
 
 namespace {
 
-const char *const files = "Files", *const without_capture = "Without a capture.json (docs/tools/fvvmux-inputs.md)",
+const char *const files = "Files",
+                  *const without_capture = "Without a capture.json (docs/tools/fvvmux-inputs.md)",
                   *const meshes = "Meshes", *const pictures = "Pictures",
                   *const left_out = "What is left out", *const running = "Running";
 
@@ -218,7 +219,7 @@ std::vector<Option> input_options() {
           "pictures of the cameras of a COLMAP model or transforms.json, with {name} or {id}, and %d; "
           "or videos. Default: those that it names")
           .input<&scene::Inputs::pictures>("str", "{name}/%04d.png"),
-      Row("masks", "PATTERN", "silhouettes of the cameras, in the same way")
+      Row("masks", "PATTERN", "silhouettes of the cameras: patterns or videos, as of `pictures`")
           .input<&scene::Inputs::masks>("str", "{name}/%04d.png"),
       Row("fps", "RATE", "frames per second: 30, 30000/1001. Default: 25")
           .custom(
@@ -365,14 +366,16 @@ std::vector<Option> picture_options() {
           "halving. Or bits a second of each (8M,2M,500k) (docs/encoding/ladder.md)")
           .text<&Options::ladder>("str | Sequence[float | str]", "1,0.5", parse_ladder, ladder_text)
           .brief(pictures, "several sizes, for players to choose by bandwidth: 1,0.75,0.5"),
-      Row("background", "HOW",
-          "around the silhouette, where there are masks: keep, flat (its colours for 8 px, then grey), "
+      Row("tile-fill", "HOW",
+          "of tiles around the silhouette, where there are masks: keep, flat (its colours for 8 px, then "
+          "grey), "
           "smooth "
           "(its colours run on everywhere), or auto: smooth for av1, flat for the others")
-          .words<&Options::background, Background>({{"auto", Background::automatic},
-                                                    {"keep", Background::keep},
-                                                    {"flat", Background::flat},
-                                                    {"smooth", Background::smooth}})
+          .words<&Options::tile_fill, TileFill>({{"auto", TileFill::automatic},
+                                                 {"keep", TileFill::keep},
+                                                 {"flat", TileFill::flat},
+                                                 {"smooth", TileFill::smooth}})
+          .formerly("background")
           .brief(pictures, "around the silhouette: auto, keep, flat, smooth"),
       Row("bit-depth", "N",
           "8, or 10 (hevc, vp9, av1): smooth shades without bands, from pictures of 16 bits above "
@@ -490,11 +493,12 @@ std::vector<Option> other_options() {
   return {
       Row("no-pictures", "", "leave the pictures out, those of the atlas too")
           .flag<&Options::pictures>(false)
-          .brief(left_out, "and `no-meshes`, `no-background`, `no-audio`"),
+          .brief(left_out, "and `no-meshes`, `no-environment`, `no-sound`"),
       Row("no-meshes", "", "leave the meshes out").flag<&Options::meshes>(false),
-      Row("no-background", "", "leave the static environment out, lights and all")
-          .flag<&Options::environment>(false),
-      Row("no-audio", "", "leave the sound out").flag<&Options::sound>(false),
+      Row("no-environment", "", "leave the static environment out, lights and all")
+          .flag<&Options::environment>(false)
+          .formerly("no-background"),
+      Row("no-sound", "", "leave the sound out").flag<&Options::sound>(false).formerly("no-audio"),
       Row("skip-bad-frames", "",
           "leave out frames with a mesh, picture or mask that cannot be used, and name them; exit code 3. "
           "All "
@@ -502,15 +506,17 @@ std::vector<Option> other_options() {
           .flag<&Options::skip_bad_frames>()
           .of_capture()
           .brief(left_out, "frames that cannot be used are left out and named, with exit code 3"),
-      Row("audio-bitrate", "RATE",
-          "bits a second of each audio track (96k), encoded as Opus. Default: Opus and AAC-LC stay as "
+      Row("sound-bitrate", "RATE",
+          "bits a second of each track of sound (96k), encoded as Opus. Default: Opus and AAC-LC stay as "
           "they are; other sound has 64k for one channel, 48k a channel for more (docs/encoding/sound.md)")
           .text<&Options::sound_bit_rate>(amount, "96000", parse_audio_bit_rate, amount_text)
-          .excludes("no-audio"),
-      Row("audio-channels", "N",
+          .formerly("audio-bitrate")
+          .excludes("no-sound"),
+      Row("sound-channels", "N",
           "of sound that is encoded, at most: more are mixed down; sound with a place in the scene has one")
           .number<&Options::sound_channels>(1, int(media::max_sound_channels))
-          .excludes("no-audio"),
+          .formerly("audio-channels")
+          .excludes("no-sound"),
       Row("threads", "N", "threads; the bytes are the same for any number. Default: one for each processor")
           .number<&Options::threads>(1, 256, std::optional(1))
           .unplanned()

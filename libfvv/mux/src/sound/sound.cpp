@@ -51,7 +51,7 @@ void check_bit_rate(const Options &options, const std::string &path, const media
   const uint32_t channels = std::min(media::sound_info(path, request.stream).channels, request.max_channels);
   const uint32_t least = media::least_sound_bit_rate * channels, most = media::most_sound_bit_rate * channels;
   if (options.sound_bit_rate < least || options.sound_bit_rate > most)
-    throw Error(option_name("audio-bitrate") + ": expected " + std::to_string(least) + " to " +
+    throw Error(option_name("sound-bitrate") + ": expected " + std::to_string(least) + " to " +
                     std::to_string(most) + " bit/s for the " + std::to_string(channels) +
                     (channels == 1 ? " channel" : " channels") + " of " + path + ", found " +
                     std::to_string(options.sound_bit_rate),

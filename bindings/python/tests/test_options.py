@@ -1,0 +1,106 @@
+"""The table of options: the command line, the types, the reference, keywords and messages are made from it."""
+
+import ast
+import importlib.util
+import io
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+import fvv
+import numpy
+import pytest
+from conftest import tool
+from fvv.options import OF_CAPTURES, TABLE, option_texts
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+# Of the command alone, and no options of a stream.
+OF_COMMAND = {
+    "capture", "force", "help", "help-all", "json", "merge", "output", "part", "plan", "segments", "version",
+    "write-capture",
+}  # fmt: skip
+
+
+def described():
+    """Options of fvvmux by name, as --help-json has them."""
+    groups = json.loads(tool("fvvmux", "--help-json"))["groups"]
+    found = [option for group in groups for option in group["options"]]
+    return {name[2:]: option for option in found for name in option["names"] if name.startswith("--")}
+
+
+def test_the_command_line_has_the_options_of_the_table():
+    options = described()
+    assert set(options) - OF_COMMAND == {row["name"] for row in TABLE.values()}
+    for row in TABLE.values():
+        option = options[row["name"]]
+        assert (option["value"] is None) == (row["type"] == "bool")
+        assert option.get("default", "") == row["default"]
+        assert re.sub(r"--([a-z-]+)", lambda m: m[1].replace("-", "_"), option["text"]) == row["help"]
+
+
+def test_the_types_are_those_of_the_table():
+    path = ROOT / "bindings/python/stub_options.py"
+    specification = importlib.util.spec_from_file_location("stub_options", path)
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    assert module.PATH.read_text() == module.stub(), f"run {path.name}"
+    classes = {one.name: one for one in ast.parse(module.stub()).body if isinstance(one, ast.ClassDef)}
+    fields = {
+        name: {line.target.id for line in found.body if isinstance(line, ast.AnnAssign)}
+        for name, found in classes.items()
+    }
+    assert fields["WriterOptions"] == set(TABLE) - OF_CAPTURES
+    assert fields["MuxOptions"] == OF_CAPTURES - {"cameras"}
+
+
+@pytest.mark.skipif(not shutil.which("node"), reason="the reference is written by Node")
+def test_the_reference_has_every_option():
+    script = f"""
+        import {{ toolReference }} from {json.dumps(str(ROOT / "js/docs/references/cli.mjs"))};
+        process.stdout.write(toolReference("fvvmux", {json.dumps(os.environ["FVV_TOOLS_DIR"])}));
+    """
+    done = subprocess.run(
+        ["node", "--input-type=module", "-e", script], capture_output=True, text=True, check=True
+    )
+    named = set(re.findall(r"`--([a-z-]+)`", done.stdout))
+    assert {row["name"] for row in TABLE.values()} <= named
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_every_option_is_a_keyword(name):
+    row = TABLE[name]
+    value = True if row["type"] == "bool" else row["example"]
+    assert option_texts({name: value}) == {row["name"]: row["example"]}
+    assert option_texts({name: None}) == {}
+    if name not in OF_CAPTURES:
+        return
+    with pytest.raises(fvv.UsageError):
+        fvv.Writer(io.BytesIO(), rate=25, **{name: value})
+
+
+def test_values_become_texts():
+    assert option_texts({"tile": (480, 270), "ladder": [1, 0.5], "no_delta": numpy.bool_(True)}) == {
+        "tile": "480x270", "ladder": "1,0.5", "no-delta": "on",
+    }  # fmt: skip
+    assert option_texts({"colours": False, "max_error": 0.5}) == {"colours": "off", "max-error": "0.5"}
+
+
+def test_former_names_warn():
+    with pytest.warns(DeprecationWarning, match="budget is called max_error now"):
+        assert option_texts({"budget": "1mm"}) == {"max-error": "1mm"}
+    with pytest.warns(DeprecationWarning), pytest.raises(fvv.UsageError, match="max_error: expected once"):
+        option_texts({"max_error": "1mm", "budget": "1mm"})
+    mesh = (numpy.eye(3), [[0, 1, 2]])
+    with pytest.warns(DeprecationWarning, match="budget is called max_error now"):
+        fvv.decimate(mesh, budget="1mm")
+
+
+def test_messages_name_arguments():
+    with pytest.raises(fvv.UsageError, match=r"^scale: expected a number above 0") as caught:
+        fvv.Writer(io.BytesIO(), rate=25, scale=2)
+    assert "--" not in str(caught.value) and not re.search(r"[\x00-\x1f]", str(caught.value))
+    with pytest.raises(fvv.UsageError, match=r"^sound_bitrate: expected without no_sound, found both$"):
+        fvv.Writer(io.BytesIO(), rate=25, sound_bitrate="96k", no_sound=True)
