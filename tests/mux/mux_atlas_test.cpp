@@ -201,9 +201,7 @@ TEST_CASE("what does not fit an atlas is refused before work starts") {
   const FileOptions options = options_for(folder);
   write_png(capture.atlas_path(3), atlas_of(62, 32, 3));
   const std::string where = capture.path + ": ",
-                    advice = "
-                             " + where +
-                             "--skip-bad-frames leaves out frames whose files cannot be used";
+                    advice = "\n" + where + "--skip-bad-frames leaves out frames whose files cannot be used";
   CHECK(failure(options) ==
         where + "atlas: 1 of 5 pictures is not 64 x 32, first: atlas/0003.png is 62 x 32" + advice);
   fs::remove(capture.atlas_path(3));

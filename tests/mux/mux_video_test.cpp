@@ -86,7 +86,8 @@ TEST_CASE("dropped pictures and offsets are reported with the frames that they c
   for (size_t i = 0; i < 20; i++) CHECK(numbers[i][0] == expected[i]);
   const mux::SourceReport &report = summary.sources[0];
   CHECK((report.pictures == 17 && report.met == 17 && !report.constant_rate && report.used_again == 3));
-  CHECK(report.unmet_text == "125 to 135");
+  REQUIRE(report.unmet.size() == 1);
+  CHECK((report.unmet[0].first == 125 && report.unmet[0].last == 135));
   CHECK(std::fabs(report.largest_offset - 0.001) < 1e-9);
   CHECK(std::fabs(report.mean_offset - 0.016 / 17) < 1e-9);
   CHECK(summary.warned);

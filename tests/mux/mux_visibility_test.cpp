@@ -1,6 +1,7 @@
 // fvvmux: which cameras see what, chosen, written, the same for any number of threads, and verified.
 #include "mux_fixture.h"
 
+#include "mux/src/decisions.h"
 #include "mux/src/visibility.h"
 
 #include "fvv_mux/report.h"
@@ -133,16 +134,12 @@ TEST_CASE("visibility that does not pay is left out, and the reason is reported"
 
 TEST_CASE("visibility pays up to a tenth of the pictures") {
   mux::VisibilityChoice choice;
-  for (const uint64_t bytes : {100u, 101u}) {
-    choice.on = choice.open = true;
-    mux::settle_visibility(choice, bytes, 1000);
-    CHECK(choice.on == (bytes == 100));
-    CHECK(!choice.open);
-  }
+  choice.on = choice.open = true;
+  for (const uint64_t bytes : {100u, 101u})
+    CHECK(mux::decide_visibility(choice, bytes, 1000).on == (bytes == 100));
   // Explicit choices stay.
-  choice.on = true;
-  mux::settle_visibility(choice, 5000, 1000);
-  CHECK(choice.on);
+  choice.open = false;
+  CHECK(mux::decide_visibility(choice, 5000, 1000).on);
 }
 
 TEST_CASE("on request there is visibility of cameras without pictures too") {

@@ -203,7 +203,8 @@ void make_former(CLI::Option &former, CLI::Option &now) {
 
 bool is_given_formerly(const CLI::Option &former, const CLI::Option &now) {
   if (!former.count()) return false;
-  warn(former.get_name() + ": is called " + now.get_name() +
+  // CLI has no name for options of no group.
+  warn("--" + former.get_lnames().front() + ": is called " + now.get_name() +
        " now; the next version does not know this name");
   return true;
 }

@@ -1,6 +1,7 @@
 // Results as text and JSON.
 #include "fvvimport/summary.h"
 
+#include "fvv_cxx/format.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/capture_keywords.h"
 
@@ -55,7 +56,10 @@ std::string text_summary(const Result &result) {
   if (!result.output.empty())
     out += result.output + ": " + std::to_string(capture.cameras.size()) + " cameras from " + result.format +
            (capture.scale_unknown ? ", units unknown\n" : ", metres\n");
-  out += scene::text_of(scene::lens_gaps(capture));
+  for (const scene::LensGap &gap : scene::lens_gaps(capture))
+    out +=
+        fvv::format("  lens      camera %u: %.1f %% of the picture lie beyond r_max %.4g and are not used\n",
+                    unsigned(gap.camera), 100 * gap.share, gap.r_max);
   if (const auto &diagnosis = result.diagnosis) {
     out += std::to_string(diagnosis->points) + " points: rms " + pixels(diagnosis->rms) + ", max " +
            pixels(diagnosis->max) + ", " + std::to_string(diagnosis->invisible) + " not visible\n";

@@ -6,8 +6,6 @@
 
 namespace fvv::mux {
 
-namespace {
-
 // Of the pictures' bytes. A player without bits loses no picture, only time for depth maps.
 constexpr double most_fraction = 0.1;
 
@@ -20,6 +18,8 @@ VisibilityDecision decide_visibility(const VisibilityChoice &choice, uint64_t by
                 100 * most_fraction);
   return {on, text};
 }
+
+namespace {
 
 // Of a ladder, so that a reader can tell what a rung takes: what pictures were to take, or took when their
 // quality was chosen, and what all else takes in the first group.

@@ -27,6 +27,9 @@ struct VisibilityDecision {
   std::string reason;
 };
 
+// bytes: of visibility in the first group; pictures: of the pictures there.
+VisibilityDecision decide_visibility(const VisibilityChoice &choice, uint64_t bytes, uint64_t pictures);
+
 // Of a mesh track: whether it is sent, and which fraction of the bytes of its rung it saves there.
 struct MeshDecision {
   bool sent = true;
