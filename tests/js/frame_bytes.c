@@ -20,7 +20,7 @@ static void put(const char *name, unsigned id, const void *bytes, size_t size) {
 static void put_mesh(const fvv_mesh *mesh, unsigned track, const fvv_scene *scene) {
   const size_t vertices = mesh->vertex_count;
   put("lattice", track, mesh->positions, 12 * vertices);
-  put("indices", track, mesh->faces, 12 * (size_t)mesh->face_count);
+  put("faces", track, mesh->faces, 12 * (size_t)mesh->face_count);
   float *floats = malloc(12 * vertices + 1);
   if (!floats) exit(1);
   fvv_lattice_to_floats(scene->lattice_origin, scene->lattice_step, mesh->positions, vertices, floats);
@@ -107,7 +107,7 @@ static void put_part(const fvv_background *background, size_t i) {
   fvv_lattice_to_floats(background->lattice_origin, background->lattice_step, mesh.positions, vertices,
                         floats);
   put("part-positions", (unsigned)i, floats, 12 * vertices);
-  put("part-indices", (unsigned)i, mesh.faces, 12 * (size_t)mesh.face_count);
+  put("part-faces", (unsigned)i, mesh.faces, 12 * (size_t)mesh.face_count);
   if (mesh.texture) {
     const fvv_background_part *part = &background->parts[i];
     fvv_texture_to_floats(mesh.texture_bits, mesh.texture, vertices, floats);

@@ -18,9 +18,6 @@ function run(program, ...parameters) {
 }
 export const tool = (name, ...parameters) => run(toolPath(name), ...parameters);
 
-/** Of frame_bytes, which prints what lies in C. */
-const NATIVE_NAMES = { faces: "indices" };
-
 const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
 const known = new Map();
@@ -62,7 +59,7 @@ export function backgroundHashes({ parts, pictures, lights }) {
   const hashes = {};
   parts.forEach((part, i) => {
     for (const name of ["positions", "faces", "uvs"])
-      if (part[name]) hashes[`part-${NATIVE_NAMES[name] ?? name} ${i}`] = sha256(raw(part[name]));
+      if (part[name]) hashes[`part-${name} ${i}`] = sha256(raw(part[name]));
   });
   pictures.forEach(({ data }, i) => (hashes[`picture ${i}`] = sha256(data)));
   lights.forEach((l, i) => {
@@ -94,7 +91,7 @@ export function frameHashes(frame) {
   );
   for (const mesh of frame.meshes)
     for (const name of ["lattice", "faces", "positions", "normals", "uvs", "colours"])
-      if (mesh[name]) hashes[`${NATIVE_NAMES[name] ?? name} ${mesh.track}`] = sha256(raw(mesh[name]));
+      if (mesh[name]) hashes[`${name} ${mesh.track}`] = sha256(raw(mesh[name]));
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) hashes[`weights ${camera}`] = sha256(visibility.weightsOf(camera));
   for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);

@@ -100,7 +100,10 @@ typedef struct patches {
   uint32_t *of_face;   /* the lowest face of the patch */
   uint32_t *disagrees; /* of that face: half-edges of the border against a neighbour */
   uint32_t *ends;      /* of that face: the other half-edges of the border */
+  uint32_t *sizes;     /* of that face: faces */
 } patches;
+
+#define FEW_FACES 4 /* for each such half-edge: two triangles, or two quadrilaterals, are no bodies */
 
 /* Neighbours agree when they run along their edge in opposite directions. */
 static int agree(const uint32_t *faces, uint32_t half_edge, uint32_t twin) {
@@ -128,12 +131,13 @@ static void find_patches(const fvv_topology *topology, const uint32_t *faces, ui
           queue[end++] = twin / 3;
         }
       }
+    out->sizes[seed] = end;
   }
 }
 
 static int doubtful(const patches *p, uint32_t face) {
   const uint32_t patch = p->of_face[face];
-  return p->disagrees[patch] >= p->ends[patch];
+  return p->disagrees[patch] >= p->ends[patch] || p->sizes[patch] / FEW_FACES < p->disagrees[patch];
 }
 
 /* Breadth first from seed; queue[from...] receives the faces reached, side[f] says which way each lies
@@ -181,10 +185,11 @@ fvv_status fvv_topology_orient(const fvv_topology *topology, uint32_t *faces, ui
   uint32_t *queue = fvv_allocate_array(&topology->allocator, count, sizeof(uint32_t));
   patches sets = {fvv_allocate_array(&topology->allocator, count, sizeof(uint32_t)),
                   fvv_allocate_zeroed(&topology->allocator, size),
+                  fvv_allocate_zeroed(&topology->allocator, size),
                   fvv_allocate_zeroed(&topology->allocator, size)};
   fvv_status status = FVV_ERROR_MEMORY;
   *flipped = 0;
-  if (side && queue && sets.of_face && sets.disagrees && sets.ends) {
+  if (side && queue && sets.of_face && sets.disagrees && sets.ends && sets.sizes) {
     find_patches(topology, faces, queue, &sets);
     uint32_t end = 0;
     for (uint32_t seed = 0; seed < count; seed++) {
@@ -200,5 +205,6 @@ fvv_status fvv_topology_orient(const fvv_topology *topology, uint32_t *faces, ui
   fvv_release(&topology->allocator, sets.of_face, size);
   fvv_release(&topology->allocator, sets.disagrees, size);
   fvv_release(&topology->allocator, sets.ends, size);
+  fvv_release(&topology->allocator, sets.sizes, size);
   return status;
 }
