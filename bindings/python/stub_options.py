@@ -8,7 +8,7 @@ import pathlib
 import sys
 import textwrap
 
-from fvv.options import OF_CAPTURES, TABLE
+from fvv.options import TABLE
 
 PATH = pathlib.Path(__file__).parent / "fvv/_options.pyi"
 # Parameters of their own.
@@ -32,22 +32,30 @@ def fields(names):
             yield f"    #: {line}"
 
 
+CLASSES = {
+    "EncodeOptions": ("TypedDict, total=False", "Of all streams."),
+    "WriterOptions": ("EncodeOptions, total=False", "Options of `fvv.Writer`."),
+    "PlanOptions": ("EncodeOptions, total=False", "Options of `fvv.distributed.mux`."),
+    "MuxOptions": ("WriterOptions, PlanOptions, total=False", "Options of `fvv.mux`."),
+}
+
+
+def class_of(row):
+    """The class that declares an option."""
+    if row["planned"]:
+        return "PlanOptions" if row["of_capture"] else "EncodeOptions"
+    return "MuxOptions" if row["of_capture"] else "WriterOptions"
+
+
 def stub():
     """The text of the file."""
-    names = [name for name in TABLE if name not in PARAMETERS]
-    of_arrays = [name for name in names if name not in OF_CAPTURES]
-    of_captures = [name for name in names if name in OF_CAPTURES]
-    lines = [
-        HEAD,
-        "class WriterOptions(TypedDict, total=False):",
-        '    """Options of `fvv.Writer`."""',
-        *fields(of_arrays),
-        "",
-        "class MuxOptions(WriterOptions, total=False):",
-        '    """Options of `fvv.mux`."""',
-        *fields(of_captures),
-    ]
-    return "\n".join(lines) + "\n"
+    lines = [HEAD]
+    for name, (bases, about) in CLASSES.items():
+        names = [
+            option for option, row in TABLE.items() if option not in PARAMETERS and class_of(row) == name
+        ]
+        lines += [f"class {name}({bases}):", f'    """{about}"""', *fields(names), ""]
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":

@@ -112,8 +112,8 @@ TEST_CASE("a mesh that no decoder could show is refused by file, frame and verte
   write_bytes(path, ply.data(), ply.size());
   check_refused(folder, arguments(folder), 1,
                 "fvvmux: " + path +
-                    ": 0x250: vertex 17: expected a finite number for y, found nan (frame 3; " + advice +
-                    ")\n");
+                    ": face 1 uses vertex 17 (from 0), whose coordinates are not finite numbers (frame 3; " +
+                    advice + ")\n");
   ply.resize(ply.size() - 1);
   write_bytes(path, ply.data(), ply.size());
   const ToolResult cut = run_tool(arguments(folder));

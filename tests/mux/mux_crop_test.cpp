@@ -143,7 +143,7 @@ TEST_CASE("without masks the mesh is used, and without both pictures stay whole"
   CHECK(tiles_of(options.output, 1)[0].source.width == 64);
   options = cropping(folder);
   options.crop = mux::Crop::none;
-  CHECK(mux_file(options).crop.reason == "as --crop none says");
+  CHECK(fvv::spell(mux_file(options).crop.reason, fvv::Spelling::command_line) == "as --crop none says");
 }
 
 TEST_CASE("scaled crops keep the scale of the whole picture exactly") {

@@ -52,6 +52,5 @@ inline std::string text_of(const fvv::mux::Report &report) {
   return fvv::mux::report_text(report, "out.fvv", fvv::Spelling::command_line);
 }
 inline nlohmann::ordered_json json_of(const fvv::mux::Report &report) {
-  return nlohmann::ordered_json::parse(
-      fvv::mux::report_json(report, "out.fvv", fvv::Spelling::command_line));
+  return nlohmann::ordered_json::parse(fvv::mux::report_json(report, "out.fvv", fvv::Spelling::command_line));
 }

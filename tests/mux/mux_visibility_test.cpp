@@ -129,7 +129,7 @@ TEST_CASE("visibility that does not pay is left out, and the reason is reported"
   CHECK_THROWS_AS(mux_file(options), fvv::Error);
   options.meshes = true;
   options.visibility = Visibility::none;
-  CHECK(reason() == "--visibility none");
+  CHECK(fvv::spell(reason(), fvv::Spelling::command_line) == "--visibility none");
 }
 
 TEST_CASE("visibility pays up to a tenth of the pictures") {

@@ -139,7 +139,7 @@ int main(int argc, char **argv) {
         if (as_json)
           found.push_back(info::json(report));
         else
-          std::fputs(info::text(report).c_str(), stdout);
+          std::fputs(spell(info::text(report), Spelling::command_line).c_str(), stdout);
         std::fflush(stdout);
         tell_problems(report);
         worst = cli::worse(worst, exit_of(report));

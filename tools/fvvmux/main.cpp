@@ -193,13 +193,13 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
   }
   cli::commit(all);
   if (as_json) {
-    nlohmann::ordered_json json = nlohmann::ordered_json::parse(
-        mux::report_json(report, outputs.stream, Spelling::command_line));
+    nlohmann::ordered_json json =
+        nlohmann::ordered_json::parse(mux::report_json(report, outputs.stream, Spelling::command_line));
     if (segments) json["segments"] = segments->json();
     std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   } else if (!piped || isatty(STDERR_FILENO)) {
-    const std::string text = mux::report_text(report, outputs.stream, Spelling::command_line) +
-                             (segments ? segments->text() : "");
+    const std::string text =
+        mux::report_text(report, outputs.stream, Spelling::command_line) + (segments ? segments->text() : "");
     std::fputs(text.c_str(), piped ? stderr : stdout);
   }
   return report.warned ? cli::loss : cli::done;

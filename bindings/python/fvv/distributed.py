@@ -23,7 +23,7 @@ from .options import camera_names, option_texts
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._options import MuxOptions
+    from ._options import PlanOptions
 
 _PLAN = "plan.cbor"
 _KEY = "plan.json"
@@ -42,7 +42,7 @@ def mux(
     threads: int = 1,
     retries: int = 2,
     progress: Callable[[int, int], object] | None = None,
-    **options: Unpack[MuxOptions],
+    **options: Unpack[PlanOptions],
 ) -> dict[str, Any]:
     """Packs a capture into a stream as `fvv.mux` does, with the same bytes, each group of frames as a task of its own.
 

@@ -39,7 +39,7 @@ def _text(name: str, value: Any) -> str:
     if isinstance(value, (bool, numpy.bool_)):
         return "on" if value else "off"
     if isinstance(value, (list, tuple)):
-        return TABLE[name]["separator"].join(str(part) for part in value)
+        return str(TABLE[name]["separator"]).join(str(part) for part in value)
     return str(value)
 
 

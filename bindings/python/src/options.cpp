@@ -24,6 +24,7 @@ py::list rows() {
     row["example"] = option.example;
     row["separator"] = std::string(1, option.separator);
     row["of_capture"] = option.of_capture;
+    row["planned"] = option.is_planned;
     out.append(row);
   }
   return out;

@@ -69,7 +69,7 @@ def test_mux_is_fvvmux(players, tmp_path):
         {"codec": "jpeg", "max_error": "2mm"},
         {"codec": "jpeg", "quality": 60, "keep_geometry": True, "visibility": "weight", "ladder": (1, 0.5)},
         {"no_pictures": True, "max_error": "0.5px", "mesh_profile": "fast", "no_delta": True},
-        {"no_meshes": True, "codec": "h264", "quality": "35dB", "scale": 0.5, "background": "keep"},
+        {"no_meshes": True, "codec": "h264", "quality": "35dB", "scale": 0.5, "tile_fill": "keep"},
     ],
     ids=["error", "ladder", "meshes", "pictures"],
 )

@@ -2,6 +2,7 @@
 #include "fvv_info/report.h"
 
 #include "fvv_cxx/format.h"
+#include "fvv_cxx/option_name.h"
 #include "fvv_cxx/rung.h"
 
 #include <algorithm>
@@ -394,7 +395,8 @@ std::string camera_table(const fvv_configuration &c) {
                            camera.flags & FVV_CAMERA_MOVES ? " at first: it moves" : ""));
   }
   if (c.camera_count > shown)
-    out += row("", fvv::format("and %zu more (--json lists all)", c.camera_count - shown));
+    out +=
+        row("", fvv::format("and %zu more (", c.camera_count - shown) + option_name("json") + " lists all)");
   return out;
 }
 
@@ -425,9 +427,10 @@ std::string whole_frames(const Report &report) {
 std::string integrity_text(const Report &report) {
   const auto &s = report.summary();
   const std::string state = report.integrity();
-  const char *depth = report.options.check ? "CRCs, structure, meshes and video samples checked"
-                                           : "CRCs and structure checked (--check decodes meshes as well)";
-  if (state == "complete") return std::string("complete; ") + depth;
+  const std::string depth = report.options.check ? "CRCs, structure, meshes and video samples checked"
+                                                 : "CRCs and structure checked (" + option_name("check") +
+                                                       " decodes meshes as well)";
+  if (state == "complete") return "complete; " + depth;
   if (state == "truncated")
     return std::string(s.problems ? "truncated" : "no footer: live or truncated") + "; " +
            whole_frames(report);

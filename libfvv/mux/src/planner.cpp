@@ -11,6 +11,7 @@
 #include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/layout.h"
 #include "mux/src/meshes.h"
+#include "mux/src/options/option_values.h"
 #include "mux/src/pictures.h"
 #include "mux/src/sampled_scene.h"
 #include "mux/src/sound/sound.h"
@@ -327,7 +328,8 @@ Plan make_plan(const Options &options, const Observer &observer) {
 
 Plan make_plan(scene::Capture capture, const std::vector<EncodedTrack> &encoded, const Options &given,
                const Observer &observer) {
-  const Options options = settled(given);
+  Options options = given;
+  fill_in(options);
   if (!options.skip_bad_frames || capture.memory)
     return plan_frames(std::move(capture), {}, encoded, options, observer);
   // Whether a mesh fits the lattice is known when that is chosen: without such a frame the plan is another

@@ -256,10 +256,10 @@ Json video_json(const Report &r, const VideoTrackReport &video) {
     out["cameras"] = video.cameras.size();
   if (video.is_encoded) return out;
   if (!video.is_atlas)
-    out["crop"] = {{"cropped", r.crop.cropped},        {"reason", r.crop.reason},
-                   {"by_masks", r.crop.by_masks},      {"by_mesh", r.crop.by_mesh},
-                   {"pixel_share", video.pixel_share}, {"layouts", r.crop.layouts},
-                   {"fill", r.crop.fill}};
+    out["crop"] = {
+        {"cropped", r.crop.cropped}, {"reason", r.crop.reason},          {"by_masks", r.crop.by_masks},
+        {"by_mesh", r.crop.by_mesh}, {"pixel_share", video.pixel_share}, {"layouts", r.crop.layouts},
+        {"fill", r.crop.fill}};
   out["sample_frames"] = video.sample_frames;
   out["sample_psnr"] = decibels(video.sample_psnr);
   out["sample_foreground"] = video.sample_foreground;
@@ -343,10 +343,6 @@ void add_videos(Json &out, const Report &r) {
     out[label_of(video)].push_back(std::move(one));
   }
 }
-
-} // namespace
-
-namespace {
 
 // Reasons name options.
 void spell_texts(Json &json, Spelling spelling) {

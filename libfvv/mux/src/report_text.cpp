@@ -102,7 +102,8 @@ void crop_lines(std::string &out, const Report &r) {
        crop.fill.c_str());
   if (tracks <= 1) return;
   line(out, "            in %zu video tracks%s: at %.6g frames/s a frame may have %s", tracks,
-       r.video_tracks > 1 ? (" (" + option_name("video-tracks") + ")").c_str() : "", frame_rate(r), crop.frame_limit.c_str());
+       r.video_tracks > 1 ? (" (" + option_name("video-tracks") + ")").c_str() : "", frame_rate(r),
+       crop.frame_limit.c_str());
 }
 
 void video_lines(std::string &out, const Report &r, const VideoTrackReport &video) {

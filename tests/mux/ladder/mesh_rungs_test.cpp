@@ -184,7 +184,7 @@ TEST_CASE("meshes of a rung's own can be forbidden and asked for, and need decim
   options.keep_geometry = true;
   found = meshes();
   CHECK(found["rung"] == 0);
-  CHECK(found["reason"] == "as keep-geometry says");
+  CHECK(found["reason"] == "as --keep-geometry says");
   options.mesh_ladder = mux::MeshLadder::on;
   CHECK_THROWS_WITH(mux::make_plan(options, {}), Catch::Matchers::Contains("as keep-geometry says"));
   options.keep_geometry = false;

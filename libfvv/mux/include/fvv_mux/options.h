@@ -174,8 +174,9 @@ Quality default_quality(uint32_t codec);
 // exist and for a value that does not fit; options are unchanged then.
 void set_option(Options &options, std::string_view name, std::string_view value);
 
-// The options with what follows from others filled in. Throws Error (usage) where they exclude each other. An
-// Encoder, a Muxer and a PartPlan do this by themselves.
+// The options with what follows from others filled in. Throws Error (usage) where they exclude each other,
+// for front ends whose users set them by name: in a struct the more exact of two options holds (bit_rate
+// before quality, tile before scale). An Encoder, a Muxer and a PartPlan fill in by themselves.
 Options settled(Options options);
 
 } // namespace fvv::mux

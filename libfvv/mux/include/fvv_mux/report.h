@@ -1,6 +1,6 @@
 // What was chosen for a stream and what it resulted in: plain values, as text on one screen, or as JSON
 // (spec/fvvmux.schema.json). A report owns what it says: it needs neither the capture nor the options any
-// more.
+// more. Reasons name options by fvv::option_name(), as messages do: spell() has them in words.
 #pragma once
 
 #include "fvv/types.h"
@@ -351,12 +351,11 @@ struct Report : MeshSums {
   size_t tile_track_count() const;
 };
 
-// output: the name of the stream, for people. spelling: of options that reasons name.
-std::string report_text(const Report &report, const std::string &output,
-                        Spelling spelling = Spelling::plain);
+// output: the name of the stream, for people. Options in reasons are spelled as users of a language know
+// them.
+std::string report_text(const Report &report, const std::string &output, Spelling spelling = Spelling::plain);
 
 // A document of spec/fvvmux.schema.json.
-std::string report_json(const Report &report, const std::string &output,
-                        Spelling spelling = Spelling::plain);
+std::string report_json(const Report &report, const std::string &output, Spelling spelling = Spelling::plain);
 
 } // namespace fvv::mux

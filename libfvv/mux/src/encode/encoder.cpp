@@ -1,5 +1,6 @@
 #include "fvv_mux/encoder.h"
 #include "mux/src/encode/encode_job.h"
+#include "mux/src/options/option_values.h"
 #include "mux/src/sound/sound.h"
 
 #include <algorithm>
@@ -220,7 +221,8 @@ Encoder::Encoder(const Configuration &configuration, const Options &options, con
                  const Observer &observer)
     : state(std::make_unique<State>()) {
   state->configuration = configuration;
-  state->options = settled(options);
+  state->options = options;
+  fill_in(state->options);
   state->options.frames.reset();
   state->options.cameras.clear();
   state->options.verify = false;

@@ -78,9 +78,9 @@ std::string codec_text(uint32_t codec) {
 }
 
 int parse_bit_depth(const std::string &option, const std::string &text) {
-  for (const int bits : {8, 10, 16})
-    if (text == std::to_string(bits)) return bits;
-  refuse_value(option, "8, 10 or 16", text);
+  int64_t bits = 0;
+  if (!whole_number(text, 8, 16, bits)) refuse_value(option, "8, 10 or 16", text);
+  return int(bits); // which of them a codec has is for fill_in()
 }
 
 Quality parse_quality(const std::string &option, const std::string &text) {
