@@ -1,7 +1,7 @@
 // fvvmux: which cameras see what, chosen, written, the same for any number of threads, and verified.
 #include "mux_fixture.h"
 
-#include "mux/src/decisions.h"
+#include "mux/src/choose/decisions.h"
 #include "mux/src/visibility.h"
 
 #include "fvv_mux/report.h"

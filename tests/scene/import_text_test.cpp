@@ -184,7 +184,8 @@ TEST_CASE("nerfstudio: malformed files, each with its message") {
        {"\"w\": 640, ", "", ": /frames/0: expected \"w\" here or at the top, found neither"},
        {"480.0", "480.5", ": /h: expected a whole number of pixels > 0, found 480.5"},
        {"OPENCV_FISHEYE", "EQUIRECTANGULAR",
-        ": /frames/1/camera_model: expected one of the camera models PINHOLE, OPENCV, OPENCV_FISHEYE, found "
+        ": /frames/1/camera_model: expected one of the camera models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, "
+        "RADIAL, OPENCV, OPENCV_FISHEYE, found "
         "\"EQUIRECTANGULAR\""},
        {"OPENCV_FISHEYE", "PINHOLE", ": /k1: expected 0 for the camera model PINHOLE, found 0.1"},
        {"\"p1\": 0,", "", ": /p1: expected 0 for the camera model OPENCV_FISHEYE, found 0.003"},

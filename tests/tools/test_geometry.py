@@ -205,7 +205,7 @@ def test_faces_that_are_right_stay(tmp_path):
     assert outputs[0].read_bytes() == outputs[1].read_bytes()
     done = pack(capture, tmp_path / "flipped.fvv", "--winding", "flip", code=3)
     assert "with --winding flip 100 % of the surface" in done.stderr
-    assert "--winding: expected auto, keep or flip, found" in pack(
+    assert "--winding: expected keep, flip or auto, found" in pack(
         capture, tmp_path / "x.fvv", "--winding", "turn", code=2).stderr  # fmt: skip
 
 

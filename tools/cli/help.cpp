@@ -196,16 +196,17 @@ void set_help(CLI::App &app, const std::string &tool, const std::vector<std::str
       ->group("");
 }
 
-void make_former(CLI::Option &former, CLI::Option &now) {
+void make_former(CLI::Option &former) {
   former.group("");
-  former.excludes(&now);
 }
 
 bool is_given_formerly(const CLI::Option &former, const CLI::Option &now) {
   if (!former.count()) return false;
   // CLI has no name for options of no group.
-  warn("--" + former.get_lnames().front() + ": is called " + now.get_name() +
-       " now; the next version does not know this name");
+  const std::string name = "--" + former.get_lnames().front();
+  if (now.count())
+    throw Error(now.get_name() + ": expected without " + name + ", its former name", Error::usage);
+  warn(name + ": is called " + now.get_name() + " now; the next version does not know this name");
   return true;
 }
 

@@ -33,10 +33,9 @@ struct HelpSection {
 void set_help(CLI::App &app, const std::string &tool, const std::vector<std::string> &examples,
               const std::vector<HelpSection> &sections = {});
 
-// Makes an option the former name of another for one version: it is not in the help, and not taken with the
-// other.
-void make_former(CLI::Option &former, CLI::Option &now);
-// Whether the former name was given; if so, with a warning that names the other.
+// Makes an option the former name of another for one version: it is not in the help.
+void make_former(CLI::Option &former);
+// Whether the former name was given; if so, with a warning that names the other. Error (usage) for both.
 bool is_given_formerly(const CLI::Option &former, const CLI::Option &now);
 
 // What a command line that was refused, or that requested help or the version, ends with: prints it, and

@@ -84,11 +84,11 @@ int main(int argc, char **argv) {
   auto *no_environment = app.add_flag("!--no-environment", options.background,
                                       "do not write the static environment, background.glb");
   auto *no_background = app.add_flag("--no-background");
-  cli::make_former(*no_background, *no_environment);
+  cli::make_former(*no_background);
   auto *no_sound =
       app.add_flag("!--no-sound", options.sound, "do not write the sound, audio/TRACK.opus or .m4a");
   auto *no_audio = app.add_flag("--no-audio");
-  cli::make_former(*no_audio, *no_sound);
+  cli::make_former(*no_audio);
   app.add_flag(
       "--mp4", options.mp4,
       "also write the video tracks as they are, video/TRACK.mp4 (H.264, HEVC); --frames then selects "

@@ -30,7 +30,7 @@ StreamOptions::StreamOptions(CLI::App &app) {
     value.option = declare(app, row.name, value);
     if (row.former.empty()) continue;
     value.former = declare(app, row.former, value);
-    cli::make_former(*value.former, *value.option);
+    cli::make_former(*value.former);
   }
   for (const Value &value : values) {
     for (const std::string &other : value.row->excludes) value.option->excludes(app.get_option("--" + other));

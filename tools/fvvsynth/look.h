@@ -4,7 +4,7 @@
 #pragma once
 
 #include "fvv_render/picture.h"
-#include "fvvsynth/body.h"
+#include "fvvsynth/body/body.h"
 #include "fvvsynth/random.h"
 
 #include <array>

@@ -1,7 +1,7 @@
 // Parabolas in the air, cubic Hermite curves in the hands.
 #include "fvvsynth/play.h"
 
-#include "fvvsynth/skeleton.h"
+#include "fvvsynth/body/skeleton.h"
 
 #include <algorithm>
 #include <cmath>

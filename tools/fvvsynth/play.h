@@ -3,8 +3,8 @@
 #pragma once
 
 #include "fvv_render/vector.h"
+#include "fvvsynth/body/skeleton.h"
 #include "fvvsynth/random.h"
-#include "fvvsynth/skeleton.h"
 
 #include <array>
 #include <vector>

@@ -1,7 +1,7 @@
 // The whole scene: players, ball, studio, light and cameras from one seed; meshes and pictures of any moment.
 #pragma once
 
-#include "fvvsynth/body.h"
+#include "fvvsynth/body/body.h"
 #include "fvvsynth/game/hoop.h"
 #include "fvvsynth/look.h"
 #include "fvvsynth/play.h"

@@ -1,6 +1,6 @@
 #include "fvvsynth/studio.h"
 
-#include "fvvsynth/body.h"
+#include "fvvsynth/body/body.h"
 #include "fvvsynth/look.h"
 #include "fvvsynth/random.h"
 #include "fvvsynth/rig.h"

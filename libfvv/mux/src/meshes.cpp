@@ -1,7 +1,7 @@
 #include "mux/src/meshes.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
-#include "mux/src/choices.h"
+#include "mux/src/choose/choices.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include "fvv/mesh.h"
 #include "fvv_scene/capture.h"
-#include "mux/src/choices.h"
+#include "mux/src/choose/choices.h"
 #include "mux/src/plan.h"
 
 #include <map>

@@ -2,7 +2,7 @@
 // thread.
 #pragma once
 
-#include "mux/src/decisions.h"
+#include "mux/src/choose/decisions.h"
 #include "mux/src/plan.h"
 
 #include <condition_variable>

@@ -2,7 +2,7 @@
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
 #include "mux/src/background.h"
-#include "mux/src/choices.h"
+#include "mux/src/choose/choices.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include "fvv_cxx/owned.h"
 #include "fvv_mux/report.h"
 #include "fvv_scene/capture.h"
-#include "mux/src/decisions.h"
+#include "mux/src/choose/decisions.h"
 #include "mux/src/sound/sound.h"
 
 #include <map>

@@ -7,7 +7,7 @@
 #include "fvv_mux/report.h"
 #include "fvv_scene/mesh_file.h"
 #include "fvv_scene/pictures.h"
-#include "mux/src/decisions.h"
+#include "mux/src/choose/decisions.h"
 #include "mux/src/plan.h"
 
 #include <memory>

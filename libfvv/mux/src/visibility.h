@@ -2,8 +2,8 @@
 // of vertices, as payloads of COLR.
 #pragma once
 
+#include "mux/src/choose/sampled_scene.h"
 #include "mux/src/meshes.h"
-#include "mux/src/sampled_scene.h"
 #include "mux/src/stream_writer.h"
 #include "mux/src/sums.h"
 

@@ -48,7 +48,7 @@ public:
     check_forwards(pairs);
     if (has_normals) check_forwards(normals);
     if (mesh.faces.empty()) throw Error(name + ": expected at least one face (f), found none");
-    settle_unused(mesh, name);
+    settle_places();
     const ConcavePolygons concave(mesh, polygons, report, name);
     for (std::vector<uint32_t> *faces : {&mesh.faces, &chart.faces, &shading.faces}) concave.apply(*faces, 1);
     if (wants_texture || has_normals)
@@ -170,13 +170,28 @@ private:
     size_t count = 0;
     for (std::string_view text; word(text); count++) {
       double value;
-      if (any && is_no_number(text))
+      if (any && is_no_number(text)) {
         value = NAN;
-      else if (!parse_double(text, value))
+        if (count < 3 && (no_numbers.empty() || no_numbers.back().vertex != mesh.vertex_count()))
+          no_numbers.push_back({mesh.vertex_count(), line, text});
+      } else if (!parse_double(text, value))
         fail("expected a finite number after " + std::string(keyword) + ", found " + quote(text));
       if (count < kept) numbers[count] = value;
     }
     return count;
+  }
+
+  // What is no number matters where a face uses it, and is reported where it is.
+  void settle_places() {
+    if (no_numbers.empty()) return;
+    std::vector<bool> used(mesh.vertex_count());
+    for (const uint32_t vertex : mesh.faces) used[vertex] = true;
+    for (const NoNumber &one : no_numbers) {
+      if (!used[one.vertex]) continue;
+      line = one.line;
+      fail("expected a finite number after v, found " + quote(one.text));
+    }
+    settle_unused(mesh, name);
   }
 
   void vertex() {
@@ -305,7 +320,13 @@ private:
   std::vector<std::string_view> libraries;
   std::set<std::string_view> used_materials;
   std::vector<Polygon> polygons;
-  Mesh mesh, chart, shading; // the same faces with indices of vertices, pairs, normals
+  struct NoNumber {
+    size_t vertex;
+    uint64_t line;
+    std::string_view text;
+  };
+  std::vector<NoNumber> no_numbers; // among coordinates
+  Mesh mesh, chart, shading;        // the same faces with indices of vertices, pairs, normals
   std::vector<double> texture, directions;
   std::vector<uint32_t> corners, corner_pairs, corner_normals; // of one face
   Records vertices, normals = {"normal", UINT32_MAX, 0, {}},

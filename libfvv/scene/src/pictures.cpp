@@ -1,4 +1,5 @@
 #include "fvv_scene/pictures.h"
+#include "fvv_cxx/input_file.h"
 #include "fvv_media/mask.h"
 #include "fvv_media/packed_image.h"
 #include "fvv_media/video_file.h"
@@ -103,7 +104,10 @@ private:
     std::optional<media::MaskFacts> facts;
     const int64_t count = source.is_constant() ? 1 : capture.frames.count;
     for (int64_t i = 0; i < count; i++) {
-      const auto more = media::MaskFacts::of(capture.resolve(source.file(capture.frames.number(i))));
+      const std::string path = capture.resolve(source.file(capture.frames.number(i)));
+      // Where a part of a stream is encoded, the files of other parts may be elsewhere.
+      if (!why_unreadable(path).empty()) continue;
+      const auto more = media::MaskFacts::of(path);
       if (!more) return media::MaskRule::luma; // lossy: what is little above 0 is noise
       if (facts)
         facts->add(*more);

@@ -59,7 +59,17 @@ CASES = {
     "starved": ("small", ("--bitrate", "8k", "--max-error", "1mm", "--skip-bad-frames")),
     "selected": (
         "small",
-        ("--frames", "2-8", "--cameras", "0,2", "--no-environment", "--visibility", "none", "--colours", "off")
+        (
+            "--frames",
+            "2-8",
+            "--cameras",
+            "0,2",
+            "--no-environment",
+            "--visibility",
+            "none",
+            "--colours",
+            "off",
+        )
         + ("--texture-best", 2, "--texture-blend", "paper", "--texture-unseen", "1,2,3", "--keep-geometry"),
     ),
     "pictures": ("small", ("--no-meshes", "--crop", "none", "--tile-fill", "keep", "--tile", "96x64")),

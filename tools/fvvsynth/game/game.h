@@ -3,10 +3,10 @@
 // catches it and dribbles on. Metres, seconds, y up; the hoop is at +x.
 #pragma once
 
+#include "fvvsynth/body/skeleton.h"
 #include "fvvsynth/game/curve.h"
 #include "fvvsynth/play.h"
 #include "fvvsynth/random.h"
-#include "fvvsynth/skeleton.h"
 
 #include <array>
 #include <optional>

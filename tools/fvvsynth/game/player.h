@@ -2,7 +2,7 @@
 // shorter edges; cloth has folds, hair is uneven.
 #pragma once
 
-#include "fvvsynth/body.h"
+#include "fvvsynth/body/body.h"
 
 #include <cstdint>
 

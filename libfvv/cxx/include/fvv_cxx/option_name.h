@@ -1,5 +1,5 @@
-// How messages name options. Libraries mark an option by its identifier; whoever shows the message to a user
-// spells it in the words of that user's language.
+// How messages name options. Libraries mark an option by its identifier; the program that shows the message
+// spells it in the words of its users.
 #pragma once
 
 #include <string>

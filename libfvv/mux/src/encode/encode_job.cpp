@@ -1,11 +1,11 @@
 #include "mux/src/encode/encode_job.h"
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/parallel.h"
-#include "mux/src/choices.h"
+#include "mux/src/choose/choices.h"
 #include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
-#include "mux/src/report_names.h"
+#include "mux/src/report/report_names.h"
 #include "mux/src/terms.h"
 #include "mux/src/visibility.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fvv_mux/report.h"
-#include "mux/src/decisions.h"
+#include "mux/src/choose/decisions.h"
 #include "mux/src/plan.h"
 #include "mux/src/sums.h"
 

@@ -1,8 +1,8 @@
 // Which rungs of a ladder have meshes of their own: coarser ones, where they save enough of a rung's bytes.
 #pragma once
 
-#include "mux/src/decisions.h"
-#include "mux/src/sampled_scene.h"
+#include "mux/src/choose/decisions.h"
+#include "mux/src/choose/sampled_scene.h"
 
 namespace fvv::mux {
 

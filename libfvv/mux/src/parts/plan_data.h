@@ -2,7 +2,7 @@
 // capture.json and the options.
 #pragma once
 
-#include "mux/src/decisions.h"
+#include "mux/src/choose/decisions.h"
 #include "mux/src/plan.h"
 
 #include <string>

@@ -5,8 +5,8 @@
 #include "fvv_geometry/decimate.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/report.h"
-#include "mux/src/choices.h"
-#include "mux/src/report_names.h"
+#include "mux/src/choose/choices.h"
+#include "mux/src/report/report_names.h"
 #include "mux/src/stream_writer.h"
 #include "mux/src/terms.h"
 

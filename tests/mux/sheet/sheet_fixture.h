@@ -2,7 +2,7 @@
 // with. The masks owe nothing to the rasteriser.
 #pragma once
 
-#include "mux_fixture.h"
+#include "../mux_fixture.h"
 
 #include "fvvimport/sheet.h"
 

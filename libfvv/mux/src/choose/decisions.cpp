@@ -1,4 +1,4 @@
-#include "mux/src/decisions.h"
+#include "mux/src/choose/decisions.h"
 #include "mux/src/ladder/mesh_rungs.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Rest skeleton and inverse kinematics.
-#include "fvvsynth/skeleton.h"
+#include "fvvsynth/body/skeleton.h"
 
 #include <algorithm>
 #include <cmath>

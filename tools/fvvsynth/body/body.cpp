@@ -1,5 +1,5 @@
 // The figure's parts, triangles from an implicit surface, and the meshes that bones carry.
-#include "fvvsynth/body.h"
+#include "fvvsynth/body/body.h"
 
 #include "fvv_geometry/hull.h"
 

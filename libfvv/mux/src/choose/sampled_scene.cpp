@@ -1,6 +1,6 @@
-#include "mux/src/sampled_scene.h"
+#include "mux/src/choose/sampled_scene.h"
 #include "fvv_media/packed_image.h"
-#include "mux/src/choices.h"
+#include "mux/src/choose/choices.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 

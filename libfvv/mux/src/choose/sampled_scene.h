@@ -58,7 +58,7 @@ public:
   double constant_topology_fraction() const;
 
   // With the plan's gains, as far as they are chosen. camera: index in the capture, calibrated as in
-  // calibration; number: of the frame. Those of the middle frame are kept, for they are asked for twice. None
+  // calibration; number: of the frame. Those of the middle frame are kept, because two choices use them. None
   // where the picture has another size, which is refused later. May be called by several threads.
   std::optional<View> view(const Plan &plan, size_t camera, int64_t number,
                            const fvv_camera &calibration) const;

@@ -1,5 +1,5 @@
 // What is chosen once for a stream: normals, winding, and what is sent of visibility.
-#include "mux/src/choices.h"
+#include "mux/src/choose/choices.h"
 #include "fvv/colours.h"
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"

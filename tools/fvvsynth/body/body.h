@@ -3,7 +3,7 @@
 #pragma once
 
 #include "fvv_geometry/hull.h"
-#include "fvvsynth/skeleton.h"
+#include "fvvsynth/body/skeleton.h"
 
 #include <array>
 #include <functional>

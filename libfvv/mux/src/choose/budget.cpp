@@ -1,7 +1,7 @@
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
 #include "fvv_geometry/pieces.h"
-#include "mux/src/choices.h"
+#include "mux/src/choose/choices.h"
 #include "mux/src/meshes.h"
 #include "mux/src/terms.h"
 

@@ -2,8 +2,8 @@
 // that follow from it (budget.cpp, docs/encoding/budget.md); normals, winding, visibility (choices.cpp).
 #pragma once
 
+#include "mux/src/choose/sampled_scene.h"
 #include "mux/src/plan.h"
-#include "mux/src/sampled_scene.h"
 
 namespace fvv::mux {
 

@@ -3,7 +3,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_media/image.h"
 #include "mux/src/background.h"
-#include "mux/src/choices.h"
+#include "mux/src/choose/choices.h"
 #include "mux/src/layout.h"
 #include "mux/src/pictures.h"
 #include "mux/src/sound/sound.h"

@@ -2,7 +2,7 @@
 #include "fvv/mesh.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/report.h"
-#include "mux/src/report_names.h"
+#include "mux/src/report/report_names.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
