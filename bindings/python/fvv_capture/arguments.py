@@ -15,7 +15,7 @@ EXAMPLES = [
 ]
 NOTES = [
     "fvvcapture calibrate, which has a help of its own, makes the calibration from films of a board.",
-    "docs/tools/fvvcapture.md explains all of it.",
+    "docs/tools/fvvcapture.md has the rest.",
 ]
 CALIBRATE_EXAMPLES = [
     "fvvcapture calibrate board_videos --board 8x6 --square 0.08 --marker 0.06 -o room.json",

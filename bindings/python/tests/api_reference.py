@@ -3,6 +3,7 @@ are those of its stub."""
 
 import pathlib
 import sys
+import types
 import warnings
 
 import fvv
@@ -25,8 +26,16 @@ def take(target, source):
             shown.annotation = member.annotation
 
 
+def add_option_types():
+    """pdoc evaluates what only type checkers import: a stub without a module."""
+    module = types.ModuleType("fvv._options")
+    exec((pathlib.Path(fvv.__file__).parent / "_options.pyi").read_text(), module.__dict__)
+    sys.modules[module.__name__] = module
+
+
 def main(folder):
     warnings.simplefilter("error")
+    add_option_types()
     module, core = pdoc.doc.Module(fvv), pdoc.doc.Module(fvv._core)
     pdoc.doc_pyi.include_typeinfo_from_stub_files(core)
     for name, member in module.members.items():

@@ -266,7 +266,7 @@ def test_plot_of_what_is_rare(damaged, tmp_path, capsys):
         (vector("tiles_crops"), 0),
         (CONFORMANCE / "tiny/empty.fvv", 1),
     ):
-        out = tmp_path / f"{name_of(path)}.png"
+        out = tmp_path / f"{path.parent.name}.png"
         found, _, err = run(capsys, "plot", path, "-o", out)
         assert found == code and out.exists() == (code != 1), err
 
