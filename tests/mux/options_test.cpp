@@ -63,7 +63,7 @@ TEST_CASE("a plan has the options that are planned, and no others") {
   FileOptions options = options_for(folder);
   options.capture = capture.path;
   const mux::Plan plan = mux::make_plan(options, {});
-  const std::map<std::string, std::string> of_this_capture = {{"frames", "1-3"}, {"cameras", "cam0"}};
+  const std::map<std::string, std::string> of_this_capture = {{"frames", "1-3"}, {"cameras", "3"}};
   for (const mux::Option &row : mux::option_table()) {
     INFO(row.name);
     mux::PlanData data;

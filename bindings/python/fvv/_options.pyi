@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Literal, TypedDict
 
-class WriterOptions(TypedDict, total=False):
-    """Options of `fvv.Writer`."""
+class EncodeOptions(TypedDict, total=False):
+    """Of all streams."""
 
     max_error: float | str | None
     #: Error of the geometry in pixels of the transmitted pictures, at the camera that sees a place sharpest, or as a
@@ -168,20 +168,30 @@ class WriterOptions(TypedDict, total=False):
     sound_channels: int | None
     #: Of sound that is encoded, at most: more are mixed down; sound with a place in the scene has one. Default: 2.
 
-    threads: int | None
-    #: Threads; the bytes are the same for any number. Default: one for each processor.
-
     live: bool | None
     #: No index and no footer.
 
     repeat_configuration: bool | None
     #: Configuration before every group, for late joiners; the environment in every group too.
 
-class MuxOptions(WriterOptions, total=False):
-    """Options of `fvv.mux`."""
+class WriterOptions(EncodeOptions, total=False):
+    """Options of `fvv.Writer`."""
+
+    threads: int | None
+    #: Threads; the bytes are the same for any number. Default: one for each processor.
+
+class PlanOptions(EncodeOptions, total=False):
+    """Options of `fvv.distributed.mux`."""
 
     frames: int | str | None
     #: Frame numbers to take: 10-19 or 10..19.
+
+    skip_bad_frames: bool | None
+    #: Leave out frames with a mesh, picture or mask that cannot be used, and name them; exit code 3. All files are
+    #: read once more for it (docs/encoding/frames.md).
+
+class MuxOptions(WriterOptions, PlanOptions, total=False):
+    """Options of `fvv.mux`."""
 
     verify: bool | None
     #: Read the file back and compare everything with the capture.
@@ -210,7 +220,3 @@ class MuxOptions(WriterOptions, total=False):
 
     up: str | None
     #: Axis that points up: +x, -x, +y, -y, +z, -z or unknown. Default: unknown, but of glTF without cameras +y.
-
-    skip_bad_frames: bool | None
-    #: Leave out frames with a mesh, picture or mask that cannot be used, and name them; exit code 3. All files are
-    #: read once more for it (docs/encoding/frames.md).
