@@ -59,11 +59,14 @@ TEST_CASE("every option is set by its texts, and has the text of its value") {
 
 TEST_CASE("a plan has the options that are planned, and no others") {
   const Folder folder;
-  const scene::Capture capture = make_capture(folder);
+  Shape shape;
+  shape.masks = true;
+  const scene::Capture capture = make_capture(folder, shape);
   FileOptions options = options_for(folder);
   options.capture = capture.path;
   const mux::Plan plan = mux::make_plan(options, {});
-  const std::map<std::string, std::string> of_this_capture = {{"frames", "1-3"}, {"cameras", "3"}};
+  const std::map<std::string, std::string> of_this_capture = {
+      {"frames", "1-3"}, {"cameras", "3"}, {"codec", "hevc"}};
   for (const mux::Option &row : mux::option_table()) {
     INFO(row.name);
     mux::PlanData data;
