@@ -70,7 +70,6 @@ HOW = {
     ("conformance/cases/README.md", "python3 conformance/generate.py"): ELSEWHERE + "cli: conformance_cases",
     ("conformance/kaitai/README.md", "node conformance/kaitai"): ELSEWHERE
     + "the test of the Kaitai description",
-    ("tests/real/README.md", "build/venv/bin/python"): ELSEWHERE + "real: ..., where the data is",
     ("conformance/reference/README.md", "cd conformance"): ELSEWHERE + "cli: reference",
     ("conformance/render/README.md", "conformance/run render"): ELSEWHERE + "the tests of conformance/render",
     ("packaging/README.md", "./run packages"): ELSEWHERE + "install: packages",
