@@ -87,7 +87,8 @@ TEST_CASE("COLMAP: malformed files, each with its message") {
       folder, "cameras.txt", cameras_txt,
       {{"1 OPENCV", "1 FOV",
         ":2: expected one of the camera models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, "
-        "FULL_OPENCV, SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE, OPENCV_FISHEYE, found \"FOV\""},
+        "FULL_OPENCV, SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE, OPENCV_FISHEYE, SIMPLE_FISHEYE, FISHEYE, found "
+        "\"FOV\""},
        {" -0.004", "", ":2: expected 8 parameters for OPENCV, found 7"},
        {"500 510", "500 nan", ":2: expected a finite number for PARAMS[], found \"nan\""},
        {"640 480", "0 480", ":2: expected an integer from 1 to 2147483647 for WIDTH, found \"0\""},
