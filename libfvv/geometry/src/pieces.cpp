@@ -65,9 +65,12 @@ Pieces find_pieces(const geometry::Mesh &mesh, const std::vector<uint32_t> &alik
 }
 
 double enclosed_volume(const geometry::Mesh &mesh) {
+  if (mesh.faces.empty()) return 0;
+  // From a corner of the surface: in coordinates of maps, parts seen from 0 cancel to nothing but rounding.
+  const Vec3 from = corner(mesh, 0);
   double sum = 0;
   for (size_t i = 0; i + 2 < mesh.faces.size(); i += 3)
-    sum += dot(corner(mesh, i), cross(corner(mesh, i + 1), corner(mesh, i + 2)));
+    sum += dot(corner(mesh, i) - from, cross(corner(mesh, i + 1) - from, corner(mesh, i + 2) - from));
   return sum / 6;
 }
 

@@ -3,6 +3,7 @@
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_geometry/surface.h"
+#include "fvv_render/local_origin.h"
 #include "fvv_render/vertex_colours.h"
 #include "fvv_render/visibility_fit.h"
 #include "fvv_scene/memory_frames.h"
@@ -118,10 +119,17 @@ private:
                                                                                 fvv_visibility_order_close};
 };
 
-// The positions of a decoded mesh in metres.
+render::Vec3 origin_of(const geometry::Lattice &lattice) {
+  return render::local_origin(lattice.origin, lattice.step);
+}
+
+// The positions of a decoded mesh in metres, which count from origin_of(lattice).
 std::vector<float> metres_of(const fvv_mesh &mesh, const geometry::Lattice &lattice) {
+  const render::Vec3 from = origin_of(lattice);
+  const double origin[3] = {lattice.origin[0] - from.x, lattice.origin[1] - from.y,
+                            lattice.origin[2] - from.z};
   std::vector<float> metres(3 * size_t(mesh.vertex_count));
-  fvv_lattice_to_floats(lattice.origin, lattice.step, mesh.positions, mesh.vertex_count, metres.data());
+  fvv_lattice_to_floats(origin, lattice.step, mesh.positions, mesh.vertex_count, metres.data());
   return metres;
 }
 
@@ -157,8 +165,8 @@ std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &latt
     } else {
       if (!fit) fit.emplace(surface, rays.emplace(surface), settings);
       const auto before = previous.find(camera.id);
-      view.seen =
-          fit->states(camera, view.facing, before == previous.end() ? nullptr : before->second.data());
+      view.seen = fit->states(render::camera_from(origin_of(lattice), camera), view.facing,
+                              before == previous.end() ? nullptr : before->second.data());
     }
     out.push_back(std::move(view));
   }
@@ -191,7 +199,9 @@ GivenVisibility SurfaceCoder::given(size_t frame, const fvv_mesh &mesh) const {
     if (!camera.memory_visibility) continue;
     if (nearest.empty()) {
       const geometry::Mesh source = plan.capture.memory->mesh(number, false);
-      const render::ClosestFinder vertices(compare::as_triangles(compare::positions_of(source)));
+      std::vector<render::Vec3> points = compare::positions_of(source);
+      for (render::Vec3 &point : points) point = point - origin_of(plan.lattice.lattice);
+      const render::ClosestFinder vertices(compare::as_triangles(points));
       const std::vector<float> metres = metres_of(mesh, plan.lattice.lattice);
       for (size_t i = 0; i < metres.size(); i += 3) {
         const uint32_t guess = nearest.empty() ? UINT32_MAX : nearest.back();
@@ -228,8 +238,8 @@ ColourFrame SurfaceCoder::colours(const MeshTrack &track, size_t frame, const fv
       seen.resize(mesh.vertex_count);
       fvv_visibility_weights(known->second.data(), known->second.size(), seen.data());
     }
-    gatherer.add({*camera, picture.pixels.data(), mask.pixels.empty() ? nullptr : mask.pixels.data(),
-                  seen.empty() ? nullptr : seen.data()});
+    gatherer.add({render::camera_from(origin_of(plan.lattice.lattice), *camera), picture.pixels.data(),
+                  mask.pixels.empty() ? nullptr : mask.pixels.data(), seen.empty() ? nullptr : seen.data()});
   }
   const render::VertexColours found = gatherer.colours();
   // Cells grow as the pixels of the rung do.

@@ -2,6 +2,7 @@
 #include "fvv_view/draw.h"
 
 #include "fvv_cxx/parallel.h"
+#include "fvv_render/local_origin.h"
 #include "fvv_render/normals.h"
 #include "fvv_view/path.h"
 
@@ -88,7 +89,8 @@ fvv_camera target_camera(const Target &target, const Frame &frame) {
            std::string(given ? "both" : "neither"));
   if (!target.pose.empty()) return of_pose(target, frame);
   if (target.focal) refuse(option_name("focal") + ": expected with " + option_name("pose") + " only");
-  return scaled(target.calibration ? in_frame(*target.calibration, frame) : of_stream(*target.camera, frame),
+  return scaled(target.calibration ? render::camera_from(frame.origin, *target.calibration)
+                                   : of_stream(*target.camera, frame),
                 target);
 }
 

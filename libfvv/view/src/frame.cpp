@@ -7,9 +7,9 @@
 #include "fvv_media/colour.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/video.h"
+#include "fvv_render/local_origin.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace fvv::view {
 
@@ -90,9 +90,7 @@ render::EnvironmentPart
 environment_part(const scene::EnvironmentPart &source, const render::Vec3 &origin,
                  const std::vector<std::shared_ptr<const render::EnvironmentImage>> &pictures) {
   render::EnvironmentPart out;
-  const double from[3] = {origin.x, origin.y, origin.z};
-  for (size_t i = 0; i < source.mesh.positions.size(); i++)
-    out.positions.push_back(float(source.mesh.positions[i] - from[i % 3]));
+  out.positions = render::positions_from(origin, source.mesh.positions);
   out.faces = source.mesh.faces;
   out.texture = source.mesh.texture;
   if (source.picture) out.picture = pictures[*source.picture];
@@ -100,18 +98,6 @@ environment_part(const scene::EnvironmentPart &source, const render::Vec3 &origi
   out.double_sided = source.double_sided;
   out.clamped = source.clamped;
   return out;
-}
-
-// Whole multiples of 2^20 steps: indices beside them have a float of their own with room to spare, and
-// ordinary scenes stay where they are.
-render::Vec3 origin_of(const fvv_scene &scene) {
-  const double unit = scene.lattice_step * (1 << 20);
-  const auto nearest = [&](double x) {
-    const double multiple = std::round(x / unit) * unit;
-    return std::isfinite(multiple) ? multiple : 0;
-  };
-  return {nearest(scene.lattice_origin[0]), nearest(scene.lattice_origin[1]),
-          nearest(scene.lattice_origin[2])};
 }
 
 class Loader {
@@ -130,7 +116,7 @@ public:
     out.file = file.path();
     out.number = number;
     out.up = configuration->scene.up_axis;
-    out.origin = origin_of(configuration->scene);
+    out.origin = render::local_origin(configuration->scene.lattice_origin, configuration->scene.lattice_step);
     out.texturing = configuration->texturing;
     load_cameras(out);
     load_mesh(out);
@@ -158,7 +144,7 @@ private:
       const fvv_status status =
           fvv_stream_camera(stream.get(), place.frame, configuration->cameras[i].id, &camera, &diagnostic);
       fvv::check(status, where, diagnostic);
-      if (status != FVV_END) out.cameras.push_back(in_frame(nameless(camera), out));
+      if (status != FVV_END) out.cameras.push_back(render::camera_from(out.origin, nameless(camera)));
     }
   }
 
@@ -333,14 +319,6 @@ std::string Frame::camera_ids() const {
   std::string out;
   for (const fvv_camera &camera : cameras) out += (out.empty() ? "" : ", ") + std::to_string(camera.id);
   return out.empty() ? "none" : out;
-}
-
-fvv_camera in_frame(fvv_camera camera, const Frame &frame) {
-  for (size_t row = 0; row < 3; row++) {
-    const double *axis = &camera.rotation[3 * row];
-    camera.translation[row] += axis[0] * frame.origin.x + axis[1] * frame.origin.y + axis[2] * frame.origin.z;
-  }
-  return camera;
 }
 
 Frame load_frame(const InputFile &file, int64_t number, const LoadOptions &options) {

@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 import trimesh
-from conftest import run
+from conftest import figures, run
 from PIL import Image
 
 QUICK = ("--keep-geometry", "--max-error", "0.1mm", "--units", "metres")
@@ -339,3 +339,57 @@ def test_unknown_extensions_are_a_warning(place):
     )
     done = mux("a.glb", code=3)
     assert "EXT_bend_everything" in done.stderr and "clearcoat" not in done.stderr
+
+
+def test_map_coordinates(place):
+    """A capture in UTM coordinates is the same capture at the origin: float32 has decimetres there."""
+    sphere = trimesh.creation.icosphere(3, 0.6)
+    far = np.array([441548.0, 5121948.0, 2345.0])
+    cameras = {}
+    for name, origin in (("near", np.zeros(3)), ("far", far)):
+        (place / name).mkdir()
+        lines = ["v {:.9f} {:.9f} {:.9f}".format(*v) for v in sphere.vertices + origin]
+        lines += ["f {} {} {}".format(*f) for f in sphere.faces + 1]
+        (place / name / "m.obj").write_text("\n".join(lines) + "\n")
+        cameras = []
+        for i in range(4):
+            angle = i * np.pi / 2
+            z = np.array([-np.cos(angle), 0, -np.sin(angle)])
+            rotation = np.array([np.cross([0, -1, 0], z), [0, -1, 0], z])
+            translation = -rotation @ (origin - 3 * z)
+            Image.fromarray(np.full((96, 128, 3), 90 + 40 * i, np.uint8)).save(place / name / f"{i}.png")
+            cameras.append(
+                {
+                    "id": i,
+                    "width": 128,
+                    "height": 96,
+                    "intrinsics": {"fx": 150, "fy": 150, "cx": 64, "cy": 48},
+                    "rotation": rotation.tolist(),
+                    "translation": translation.tolist(),
+                    "pictures": f"{i}.png",
+                }
+            )
+        capture = {
+            "fvv_capture": 1,
+            "frame_rate": 25,
+            "frames": {"first": 0, "count": 1},
+            "units": "metres",
+            "up": "+y",
+            "meshes": {"pattern": "m.obj"},
+            "cameras": cameras,
+        }
+        (place / name / "capture.json").write_text(json.dumps(capture))
+    reports, pictures = [], []
+    for name, origin in (("near", np.zeros(3)), ("far", far)):
+        options = ("--visibility", "weight", "--match-colours", "off", "--max-error", "2mm")
+        reports.append(figures("fvvmux", name, "-o", f"{name}.fvv", *options))
+        pose = ",".join(str(x) for x in (*(origin + [2.4, 0.5, 1.2]), *origin))
+        run("fvvrender", f"{name}.fvv", "--pose", pose, "--size", "160x120", "-o", f"{name}.png")
+        pictures.append(np.asarray(Image.open(f"{name}.png").convert("RGB")).astype(float))
+    assert np.abs(pictures[0] - pictures[1]).mean() < 0.5
+    assert pictures[0].max() > 80
+    near, far = reports
+    assert far["budget"]["volume_change"] == pytest.approx(near["budget"]["volume_change"], abs=2e-3)
+    assert far["colours"]["not_shown"] == pytest.approx(near["colours"]["not_shown"], abs=0.03)
+    assert far["texture_inset"]["length"] == pytest.approx(near["texture_inset"]["length"], abs=1e-3)
+    assert far["visibility"]["bits_per_pair"] == pytest.approx(near["visibility"]["bits_per_pair"], rel=0.3)

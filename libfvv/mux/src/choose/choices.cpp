@@ -8,6 +8,7 @@
 #include "fvv_cxx/parallel.h"
 #include "fvv_geometry/outline.h"
 #include "fvv_media/colour.h"
+#include "fvv_render/local_origin.h"
 #include "fvv_render/vector.h"
 #include "mux/src/crop.h"
 #include "mux/src/meshes.h"
@@ -438,11 +439,16 @@ namespace {
 
 constexpr uint32_t inset_side = 800; // pixels of a camera's picture, at most
 
+// Cameras and positions count from local_origin() of the plan's lattice.
 struct CutView {
   fvv_camera camera = {};
   media::DeepImage picture;
   media::Image mask;
 };
+
+render::Vec3 origin_of(const Plan &plan) {
+  return render::local_origin(plan.lattice.lattice.origin, plan.lattice.lattice.step);
+}
 
 // What a camera shows of a mesh, cut out and made smaller; without pixels if it shows nothing of it.
 CutView cut_view(const Plan &plan, const SampledScene &scene, size_t index) {
@@ -463,7 +469,7 @@ CutView cut_view(const Plan &plan, const SampledScene &scene, size_t index) {
   };
   const std::optional<SampledScene::View> view = scene.view(plan, index, number, calibration);
   if (!view) return out;
-  out.camera = fvv_camera_of_tile(&calibration, &tile);
+  out.camera = render::camera_from(origin_of(plan), fvv_camera_of_tile(&calibration, &tile));
   out.picture = {tile.destination.width, tile.destination.height, 3, {}};
   for (const uint8_t value : part(view->picture).pixels) out.picture.pixels.push_back(uint16_t(257 * value));
   if (!view->mask.pixels.empty()) out.mask = part(view->mask);
@@ -495,7 +501,7 @@ CutFrame cut_frame(const Plan &plan, const SampledScene &scene, const std::vecto
     if (plan.capture.cameras[cameras[i]].is_calibrated(scene.middle().number))
       out.views[i] = cut_view(plan, scene, cameras[i]);
   });
-  out.positions.assign(mesh.positions.begin(), mesh.positions.end());
+  out.positions = render::positions_from(origin_of(plan), mesh.positions);
   out.faces = mesh.faces;
   return out;
 }

@@ -66,7 +66,4 @@ struct LoadOptions {
 // meshes, or its mesh is damaged, or a picture takes more than memory. Nothing is read from file afterwards.
 Frame load_frame(const InputFile &file, int64_t number, const LoadOptions &options = {});
 
-// A camera of the stream's coordinates in those of a frame.
-fvv_camera in_frame(fvv_camera camera, const Frame &frame);
-
 } // namespace fvv::view
