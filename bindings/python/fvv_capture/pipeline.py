@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from . import hull
 from .clean_plate import median_plate, plate_of
 from .keying import Key, Keyer, KeyOptions, volume_matte
+from .opencv import named
 
 cv2: Any = optional_import("cv2", "capture")
 
@@ -149,7 +150,7 @@ def keys_of(
             continue
         with _timed(clock, "read"):
             picture = footage.picture(index, frame)
-        with _timed(clock, "key"):
+        with _timed(clock, "key"), named(f"camera {camera.name or index}", frame, is_file=False):
             key = _keyer(file).key(picture, None if work.bounds is None else _matte(camera, work.bounds))
         keys.append(key)
         masks.append(key.mask)

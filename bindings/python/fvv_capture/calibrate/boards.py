@@ -186,7 +186,11 @@ def refine(grey: Bytes, points: Floats, corners: NDArray[Any]) -> Floats:
     window = max(2, round(side / WINDOW))
     before = cv2.perspectiveTransform(corners.reshape(-1, 1, 2), straight).astype(numpy.float32)
     end = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
-    after = cv2.cornerSubPix(picture, before.copy(), (window, window), (-1, -1), end)
+    # A corner that the homography does not explain may be outside the straightened picture, where OpenCV refuses to look.
+    inside = ((before >= 0) & (before < numpy.array(size))).all(axis=(1, 2))
+    after = before.copy()
+    if inside.any():
+        after[inside] = cv2.cornerSubPix(picture, before[inside], (window, window), (-1, -1), end)
     back = cv2.perspectiveTransform(after.astype(numpy.float64), numpy.linalg.inv(straight)).reshape(-1, 2)
     # A corner that runs away has found another edge.
     kept = numpy.linalg.norm(after - before, axis=-1).reshape(-1, 1) <= window

@@ -12,11 +12,12 @@ from fvv.errors import Error, UsageError
 from numpy.typing import NDArray
 
 from ..choices import LENSES, UPS
+from ..opencv import named, quiet
 from .adjustment import Bundle, adjust
 from .boards import Board, Corners
 from .lenses import FEWEST_VIEWS, Lens, choose
 from .poses import FEWEST_SHARED, Pose, camera_poses, groups
-from .recordings import Recording, quiet
+from .recordings import Recording
 from .world import Placement, place
 
 Floats = NDArray[numpy.float64]
@@ -183,7 +184,8 @@ def detect(
                     f"camera {recording.name}: frame {frame}: expected a picture of {first[0]}x{first[1]}, found {size[0]}x{size[1]}",
                     file=recording.path,
                 )
-            found = board.detect(grey)
+            with named(recording.path, frame):
+                found = board.detect(grey)
             if found is not None:
                 views[recording.name][frame] = found
             done[index] += 1

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy
 from fvv import Camera
 from fvv.errors import Error, UsageError
-from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
 from ..choices import LENSES
+from ..opencv import cv2, fisheye_flag, reason, undistorted
 from .boards import FEWEST_CORNERS, Board, Corners
-
-cv2: Any = optional_import("cv2", "capture")
 
 Floats = NDArray[numpy.float64]
 
@@ -82,8 +79,7 @@ class Lens:
         if self.model == "fisheye":
             out: Floats = cv2.fisheye.undistortPoints(pixels, self.matrix, self.coefficients)
         else:
-            end = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-10)
-            out = cv2.undistortPointsIter(pixels, self.matrix, self.coefficients, None, None, end)
+            out = undistorted(pixels, self.matrix, self.coefficients)
         return out.reshape(-1, 2)
 
     def scaled(self, by: float) -> Lens:
@@ -180,9 +176,9 @@ def estimate(model: str, board: Board, views: list[Corners], size: tuple[int, in
         if model == "fisheye":
             guess = numpy.array([[width / 2.5, 0, width / 2], [0, width / 2.5, height / 2], [0, 0, 1.0]])
             flags = (
-                cv2.fisheye.CALIB_RECOMPUTE_EXTRINSIC
-                | cv2.fisheye.CALIB_FIX_SKEW
-                | cv2.fisheye.CALIB_USE_INTRINSIC_GUESS
+                fisheye_flag("CALIB_RECOMPUTE_EXTRINSIC")
+                | fisheye_flag("CALIB_FIX_SKEW")
+                | fisheye_flag("CALIB_USE_INTRINSIC_GUESS")
             )
             _, matrix, found, _, _ = cv2.fisheye.calibrate(
                 [one.astype(float) for one in points],
@@ -197,7 +193,7 @@ def estimate(model: str, board: Board, views: list[Corners], size: tuple[int, in
             flags = cv2.CALIB_RATIONAL_MODEL if model == "radtan8" else 0
             _, matrix, found, _, _ = cv2.calibrateCamera(points, pixels, size, None, None, flags=flags)
     except cv2.error as error:
-        raise Error(f"OpenCV finds no {model} lens for {len(views)} views: {error.err}") from error
+        raise Error(f"OpenCV finds no {model} lens for {len(views)} views: {reason(error)}") from error
     parameters = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]]
     coefficients = found.reshape(-1)[: COEFFICIENTS[model]]
     lens = Lens(model, width, height, numpy.array([*parameters, *coefficients], float))

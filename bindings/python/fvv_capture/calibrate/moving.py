@@ -11,12 +11,12 @@ from fvv.errors import Error, UsageError
 from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
+from ..opencv import cv2, named, quiet
 from .calibration import FEWEST_STILL, CalibratedCamera, Calibration, Moment, Progress
 from .lenses import Lens
 from .poses import Pose
-from .recordings import Recording, quiet
+from .recordings import Recording
 
-cv2: Any = optional_import("cv2", "capture")
 optimize: Any = optional_import("scipy.optimize", "capture")
 sparse: Any = optional_import("scipy.sparse", "capture")
 csgraph: Any = optional_import("scipy.sparse.csgraph", "capture")
@@ -125,7 +125,8 @@ def _follow(
     of = -(-recording.count() // step)
     for frame, grey in recording.frames(first, step, last):
         _check_size(tracker.camera, recording, frame, grey)
-        out[frame] = tracker.next(grey)
+        with named(recording.path, frame):
+            out[frame] = tracker.next(grey)
         if progress is not None:
             progress(f"camera {recording.name}", len(out), max(len(out), of))
     if not any(out.values()):

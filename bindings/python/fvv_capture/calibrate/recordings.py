@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import os
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy
 from fvv.errors import Error, UsageError
-from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-cv2: Any = optional_import("cv2", "capture")
+from ..opencv import cv2, named
 
 Bytes = NDArray[numpy.uint8]
 
@@ -42,7 +39,8 @@ class Recording:
             if frame < first or (frame - first) % step:
                 continue
             path = os.path.join(self.path, name)
-            grey = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
+            with named(path, frame):  # one that has too many pixels for OpenCV
+                grey = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
             if grey is None:
                 raise Error(f"{path}: frame {frame}: is no picture that can be read", file=path)
             yield frame, grey
@@ -63,10 +61,12 @@ class Recording:
                     return
                 if frame < first or (frame - first) % step:
                     continue
-                good, picture = video.retrieve()
-                if not good:
-                    raise Error(f"{self.path}: frame {frame}: cannot be decoded", file=self.path)
-                yield frame, cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+                with named(self.path, frame):
+                    good, picture = video.retrieve()
+                    if not good:
+                        raise Error(f"{self.path}: frame {frame}: cannot be decoded", file=self.path)
+                    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+                yield frame, grey
             if index < 0:
                 raise Error(f"{self.path}: has no picture that can be decoded", file=self.path)
         finally:
@@ -130,14 +130,3 @@ def recordings_of(folder: str, offsets: Mapping[str, int] | None = None) -> list
                 f"offset {name}: expected one of {', '.join(found)}, found no such camera", file=folder
             )
     return [Recording(name, path, offsets.get(name, 0)) for name, path in found.items()]
-
-
-@contextlib.contextmanager
-def quiet() -> Iterator[None]:
-    """Without OpenCV's own messages on standard error: each failure becomes an error with the file's name."""
-    before = cv2.getLogLevel()
-    cv2.setLogLevel(0)
-    try:
-        yield
-    finally:
-        cv2.setLogLevel(before)

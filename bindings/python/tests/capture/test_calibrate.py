@@ -32,7 +32,7 @@ from fvv_capture.calibrate import (  # noqa: E402
 )
 from fvv_capture.calibrate import command as calibrate_command  # noqa: E402
 from fvv_capture.calibrate.adjustment import adjust  # noqa: E402
-from fvv_capture.calibrate.boards import parse_board  # noqa: E402
+from fvv_capture.calibrate.boards import parse_board, refine  # noqa: E402
 from fvv_capture.calibrate.calibration import detect  # noqa: E402
 from fvv_capture.calibrate.files import description, from_description  # noqa: E402
 from fvv_capture.calibrate.lenses import choose  # noqa: E402
@@ -475,6 +475,31 @@ def test_recordings_that_cannot_be_read(tmp_path):
     (tmp_path / "b" / "0.png").write_bytes(b"")
     with pytest.raises(UsageError, match="camera b: expected one recording, found b and b.mp4"):
         recordings_of(str(tmp_path))
+
+
+def test_failures_of_opencv_name_file_and_frame(tmp_path, monkeypatch):
+    def outside(board, grey):
+        return cv2.findHomography(numpy.zeros((2, 2)), numpy.zeros((3, 2)))
+
+    monkeypatch.setattr(Board, "detect", outside)
+    (tmp_path / "a").mkdir()
+    cv2.imwrite(str(tmp_path / "a" / "7.png"), numpy.zeros((90, 160), numpy.uint8))
+    with pytest.raises(Error, match=r"/a: frame 0: OpenCV [45]\.") as caught:
+        detect(recordings_of(str(tmp_path)), CHARUCO, Options())
+    assert caught.value.file == str(tmp_path / "a") and "\n" not in str(caught.value)
+
+
+def test_corners_outside_the_straightened_picture_are_kept():
+    """Most corners agree on a plane; one that was taken for another is far outside of what is straightened by it."""
+    board = Board(9, 6, 0.12)
+    grey = numpy.pad(board.picture(40), 40, constant_values=255)
+    points = board.points / board.square
+    corners = 40 * points[:, :2] + 39.5
+    wrong = corners.copy()
+    wrong[0] += [4000, 3000]
+    found = refine(grey, points, wrong)
+    assert found[0] == pytest.approx(wrong[0], abs=0.01)
+    assert numpy.abs(found[1:] - corners[1:]).max() < 0.2
 
 
 def run(*arguments):
