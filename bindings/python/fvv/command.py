@@ -86,6 +86,8 @@ def run_plot(given: argparse.Namespace) -> int:
                 f"{given.output}: expected a name ending in .{', .'.join(FORMATS)}", file=given.output
             )
         # Refused before anything is drawn.
+        if not given.force and os.path.isfile(given.output):
+            raise UsageError(f"{given.output}: already exists; --force replaces it", file=given.output)
         output = output_of(
             given.output, given.force, [given.file, *([given.against] if given.against else [])]
         )

@@ -294,7 +294,7 @@ def test_nothing_is_lost(tmp_path, capsys, monkeypatch):
     for name in ("clip.svg", "link.svg", "hard.svg"):
         for force in ([], ["--force"]):
             code, _, err = run(capsys, "plot", clip, "-o", tmp_path / name, *force)
-            assert code == 2 and ("replaced" if force else "exists") in err
+            assert code == 2 and ("replaced" if force else "already exists; --force replaces it") in err
     chart.write_text("mine")
     assert run(capsys, "plot", clip, "-o", chart)[0] == 2
     (tmp_path / "folder.svg").mkdir()
