@@ -66,7 +66,7 @@ public:
 
   void accept(const Request &request) {
     // Before the response, so that later messages are not missed.
-    if (!channel->join(*this)) queue.end("");
+    if (!channel->join(*this)) channel->ended() ? queue.end("") : queue.restarting();
     socket.async_accept(request, [self = shared_from_this()](beast::error_code error) {
       if (error) return self->finish("handshake");
       self->writing = false;
@@ -120,7 +120,8 @@ private:
 
   void close() {
     writing = true; // nothing goes out after the close frame
-    socket.async_close(websocket::close_code::normal,
+    socket.async_close(queue.comes_back() ? websocket::close_code::service_restart
+                                          : websocket::close_code::normal,
                        [self = shared_from_this()](beast::error_code) { self->finish("end of stream"); });
   }
 
@@ -244,6 +245,7 @@ private:
     std::optional<size_t> rung;
     if (!read_rung(query_of(request), rung)) return refusal(400, "expected ?rung=N, N from 0 to 65535");
     if (found->second->ended()) return refusal(410, "the live stream has ended");
+    if (found->second->closed()) return refusal(503, "the server is restarting");
     note(101);
     handed_on = true;
     const bool verbose = service.options.verbose;

@@ -122,6 +122,12 @@ void ClientQueue::end(const std::string &message) {
     say(line({{"type", "error"}, {"message", message}}));
 }
 
+void ClientQueue::restarting() {
+  if (end_told) return;
+  end_told = restart_told = true;
+  say(line({{"type", "restarting"}}));
+}
+
 const Message *ClientQueue::next() {
   if (messages.empty()) return nullptr;
   sending = true;
@@ -437,7 +443,7 @@ LiveChannel::LiveChannel(const Options &options, const LiveInput &input, Post to
       }) {}
 
 bool LiveChannel::join(Listener &listener) {
-  if (over) return false;
+  if (over || stopping) return false;
   listeners.insert(&listener);
   source.audience(listeners.size());
   return true;
@@ -448,9 +454,9 @@ void LiveChannel::leave(Listener &listener) {
 }
 
 void LiveChannel::close() {
-  over = true;
+  stopping = true;
   for (Listener *listener : listeners) {
-    listener->queue.end("");
+    listener->queue.restarting();
     listener->wake();
   }
 }

@@ -65,12 +65,16 @@ public:
   void restart();
   // There are no more messages. message: why, or empty.
   void end(const std::string &message);
+  // There are no more messages from this server process; the stream itself goes on.
+  void restarting();
 
   // The next message to send, or NULL. It is being sent from this call on.
   const Message *next();
   void sent();
   size_t waiting_bytes() const { return bytes_waiting; }
   bool ended() const { return end_told; }
+  // Whether it ended by restarting().
+  bool comes_back() const { return restart_told; }
 
 private:
   void put(Message message);
@@ -82,7 +86,7 @@ private:
   size_t limit_bytes, bytes_waiting = 0;
   uint64_t version = 0; // of the opening that was put last
   bool in_run = false;  // else nothing is put before the next group, which opens a run
-  bool restarted = false, skipping = false, sending = false, end_told = false;
+  bool restarted = false, skipping = false, sending = false, end_told = false, restart_told = false;
   Missed missed; // while skipping
   Bytes ladder;  // the text that was put last
 };
@@ -177,12 +181,13 @@ public:
   void start() { source.start(); }
   // Stops the input. To be called while the objects that post needs still exist.
   void halt() { source.halt(); }
-  // False: the stream has ended for good.
+  // False: the stream has ended for good, or the server stops.
   bool join(Listener &listener);
   void leave(Listener &listener);
-  // Tells all clients that there are no more messages.
+  // The server stops: sends "restarting" to the clients of a stream that has not ended.
   void close();
   bool ended() const { return over; }
+  bool closed() const { return stopping; }
 
 private:
   // A rung in the open group, if any client takes it.
@@ -204,7 +209,7 @@ private:
   std::shared_ptr<const ConfigurationBlock> block;
   Bytes ladder; // the text about rungs
   std::map<size_t, Rung> rungs;
-  bool over = false;
+  bool over = false, stopping = false;
   std::set<Listener *> listeners;
   LiveSource source; // last: its thread ends first
 };

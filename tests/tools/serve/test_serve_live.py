@@ -4,6 +4,7 @@ import contextlib
 import functools
 import json
 import os
+import signal
 import subprocess
 import time
 
@@ -492,11 +493,12 @@ def test_200_clients():
         assert [receive_runs(client) for client in clients] == [([(b"", {"type": "end"})], 1000)] * 200
 
 
-def test_a_signal_closes_clients_properly(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_tells_clients_to_come_back(tmp_path, number):
     path = tmp_path / "clip.fvv"
     path.write_bytes(b"".join(make(1)))
     with Server("--live", f"clip={path}", "--loop") as server, server.live("clip") as client:
         client.receive()
-        server.process.terminate()
+        server.process.send_signal(number)
         runs, code = receive_runs(client)
-        assert code == 1000 and runs[-1][1] == {"type": "end"}
+        assert code == 1012 and runs[-1][1] == {"type": "restarting"}
