@@ -118,14 +118,25 @@ export class Decoder extends EventTarget {
     const pull = () => feed?.pull() ?? null;
     if (feed) this.#atClose(() => feed.cancel());
     const fallback = options.videoFallback && (() => loadFallback(options.videoFallback));
-    const served = { pull, codec: compileCodec, environment: compileEnvironment, fallback };
+    const served = {
+      pull,
+      codec: compileCodec,
+      environment: compileEnvironment,
+      fallback,
+      outage: async (detail) => this.#reportOutage(detail, options.onOutage),
+      renew: options.renewAddress,
+    };
     await this.#connect(options.worker, served);
     if (this.#closed) throw closedError();
-    const { limits, normals, visibility, video, sound, queue, tracks, look, rung } = options;
+    const { limits, normals, visibility, video, sound, queue, tracks, look, rung, network } = options;
     const decoded = { normals, visibility, video, sound: sound !== false };
-    const wanted = { limits, ...decoded, queue, tracks, rung };
+    const wanted = { limits, ...decoded, queue, tracks, rung, network };
     this.rung = checkedRung(rung);
-    const modes = { hasFallback: Boolean(fallback), waitsForSelection: look !== null };
+    const modes = {
+      hasFallback: Boolean(fallback),
+      hasRenewal: Boolean(options.renewAddress),
+      waitsForSelection: look !== null,
+    };
     const opening = this.#call("open", { source, module, ...wanted, ...modes });
     const opened = await unlessAborted(opening, this.#closing.signal);
     this.#givenRungs = opened.rungs;
@@ -301,6 +312,13 @@ export class Decoder extends EventTarget {
     }
     if (this.#ended && !this.#closed) this.dispatchEvent(new FvvEvent("end", null));
     return null;
+  }
+
+  /** Requests fail and are tried again; null: bytes come again. At once: the queue of events may be what waits for them. */
+  #reportOutage(detail, listener) {
+    if (this.#closed) return;
+    listener?.(detail);
+    this.dispatchEvent(new FvvEvent(detail ? "stalled" : "recovered", detail));
   }
 
   /** Playback reports the rung after each seek. */

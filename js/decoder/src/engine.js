@@ -20,6 +20,9 @@ export class Engine {
   #codec;
   #environment;
   #fallback;
+  #report;
+  #renew;
+  #policy; // of the network
   #description; // of the source
   #limit; // of frames in the queue
   #settings;
@@ -52,8 +55,11 @@ export class Engine {
     return this.#closing.signal.aborted;
   }
 
-  /** pull(): the next bytes of a stream, or null. codec(name), environment(), fallback(): return compiled modules. */
-  constructor({ pull, codec, environment, fallback }) {
+  /** pull(): the next bytes of a stream, or null. codec(name), environment(), fallback(): return compiled modules. outage(detail),
+   * renew({url, status}): report and renew of Network. */
+  constructor({ pull, codec, environment, fallback, outage, renew }) {
+    this.#report = outage;
+    this.#renew = renew;
     this.#pull = pull;
     this.#codec = codec;
     this.#environment = environment;
@@ -63,7 +69,9 @@ export class Engine {
   /** tracks: as of select. waitsForSelection: nothing is played before the first call of select. */
   async open(options) {
     const { source, module, limits, video, hasFallback, queue, tracks = null, rung = "auto", ...more } = options;
-    const { waitsForSelection = false, sound = false, ...want } = more;
+    const { waitsForSelection = false, sound = false, network = {}, hasRenewal = false, ...want } = more;
+    this.#policy = network;
+    if (!hasRenewal) this.#renew = null;
     this.#wantsSound = sound;
     this.#limit = Math.max(1, queue);
     this.#rung = rung;
@@ -86,7 +94,8 @@ export class Engine {
     this.#source?.close();
     const cache = (this.#cache = new Cache(() => this.#cacheRoom));
     const { signal } = this.#closing;
-    const source = await openSource(this.#description, { pull: this.#pull, warn, cache, rung: this.#rung, signal });
+    const access = { signal, policy: this.#policy, report: this.#report, renew: this.#renew };
+    const source = await openSource(this.#description, { pull: this.#pull, warn, cache, rung: this.#rung, ...access });
     this.#source = source;
     if (this.#closed) source.close();
     const opening = Playback.open(source, {

@@ -42,7 +42,46 @@ export interface Limits {
   maxDimension?: number;
 }
 
+/** Milliseconds; see "Networks that fail" in the README. */
+export interface NetworkPolicy {
+  /** Until a host responds, or a WebSocket is open. Default 10000. */
+  connectMs?: number;
+  /** Until the first byte of a body. Default 10000. */
+  firstByteMs?: number;
+  /** Between two pieces of a body. Default 10000. */
+  progressMs?: number;
+  /** The first wait, which doubles up to longestMs. Defaults 250 and 4000. */
+  firstMs?: number;
+  longestMs?: number;
+  /** A host that sends a longer Retry-After is not waited for. Default 120000. */
+  retryAfterMaxMs?: number;
+  /** Without a byte for so long, the error is fatal. Default 60000. */
+  budgetMs?: number;
+  /** The same while the source is opened. Default 5000. */
+  openBudgetMs?: number;
+}
+
+/** Requests fail and are tried again. */
+export interface Outage {
+  url: string;
+  reason: string;
+  offline: boolean;
+  /** From 0 on. */
+  attempt: number;
+  /** Until the next attempt. */
+  retryMs: number;
+}
+
 export interface Options {
+  /** Time-outs and retries. */
+  network?: NetworkPolicy;
+  /** As the events stalled and recovered, also while the decoder is created; null: bytes come again. */
+  onOutage?: (outage: Outage | null) => void;
+  /** Returns what replaces an address that has expired; null: nothing does. */
+  renewAddress?: (expired: {
+    url: string;
+    status: number;
+  }) => Promise<string | { url: string; headers?: Record<string, string> } | null>;
   /** Without it, write the stream to decoder.writable. */
   source?: Source;
   limits?: Limits;
@@ -511,6 +550,8 @@ export interface DecoderEvents {
   warning: FvvError;
   /** Playback has ended: fatal is true. */
   error: FvvError;
+  stalled: Outage;
+  recovered: null;
   end: null;
   /** Sound as soon as it is read, half a second ahead of the frames; a configuration before it. */
   sound: SoundBlock | SoundPackets;

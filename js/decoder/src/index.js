@@ -3,6 +3,7 @@
 import { camerasFor } from "./camera.js";
 import { Decoder, FvvEvent } from "./decoder.js";
 import { FvvError } from "./errors.js";
+import { POLICY } from "./sources/network.js";
 
 export { FvvError, FvvEvent, camerasFor };
 
@@ -105,6 +106,16 @@ function checkMode(name, mode, expected) {
   throw new FvvError({ code: "argument", message });
 }
 
+function checkPolicy(network) {
+  for (const [name, value] of Object.entries(network)) {
+    const known = Object.keys(POLICY);
+    if (!known.includes(name))
+      throw new FvvError({ code: "argument", message: `network: expected ${known.join(", ")}, found ${name}` });
+    if (!(value >= 0))
+      throw new FvvError({ code: "argument", message: `network.${name}: expected milliseconds, found ${value}` });
+  }
+}
+
 export async function createDecoder(given = {}) {
   const options = renamed(given);
   const { worker, limits = {}, normals = true, visibility = true, queue = 4, signal } = options;
@@ -112,6 +123,11 @@ export async function createDecoder(given = {}) {
   for (const [name, fallback] of Object.entries({ videoFallback, soundFallback }))
     if (fallback !== undefined && typeof fallback !== "function")
       throw new FvvError({ code: "argument", message: `${name}: expected a function that imports the package` });
+  const { network = {}, onOutage, renewAddress } = options;
+  for (const [name, act] of Object.entries({ onOutage, renewAddress }))
+    if (act !== undefined && typeof act !== "function")
+      throw new FvvError({ code: "argument", message: `${name}: expected a function` });
+  checkPolicy(network);
   if (limits.cacheBytes !== undefined && !(limits.cacheBytes >= 0))
     throw new FvvError({ code: "argument", message: "limits.cacheBytes: expected a number of bytes; 0 keeps nothing" });
   const sound = options.sound ?? false;
@@ -132,6 +148,9 @@ export async function createDecoder(given = {}) {
     tracks,
     look,
     rung,
+    network,
+    onOutage,
+    renewAddress,
     signal,
   });
 }

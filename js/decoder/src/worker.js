@@ -28,6 +28,8 @@ const engine = new Engine({
   codec: (name) => call("codec", name),
   environment: () => call("environment"),
   fallback: () => call("fallback"),
+  outage: (detail) => call("outage", detail).catch(() => {}),
+  renew: (expired) => call("renew", expired),
 });
 
 self.postMessage({ id: 0, result: READY });

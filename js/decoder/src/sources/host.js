@@ -2,7 +2,7 @@
 
 import { onAbort, unlessAborted } from "../abort.js";
 import { FvvError } from "../errors.js";
-import { failed, joined, ROUND_TRIP_BYTES } from "./network.js";
+import { asTransient, failed, isTransient, joined, ROUND_TRIP_BYTES } from "./network.js";
 import { RangeSource } from "./types.js";
 
 /** First bytes: enough for the configuration of fifty cameras. */
@@ -13,8 +13,19 @@ export function noRange(url, why) {
 }
 
 /** A browser that uses its cache handles requests for one URL one at a time, each with its own round trip. */
-export function askForRange(network, url, range, signal) {
-  return network.request(url, { cache: "no-store", headers: { Range: range }, signal });
+export function askForRange(network, url, range, { signal, outage } = {}) {
+  return network.request(url, { cache: "no-store", headers: { Range: range }, signal, outage });
+}
+
+const versionOf = (headers) => ({ etag: headers.get("etag"), date: headers.get("last-modified") });
+
+/**
+ * Whether two responses with the same size are of the same file. Nodes of a CDN send weak and strong ETags of one file, and some
+ * ETags of their own: then the date decides.
+ */
+function sameVersion(one, other) {
+  const opaque = ({ etag }) => etag?.replace(/^W\//, "") ?? null;
+  return opaque(one) === opaque(other) || (one.date !== null && one.date === other.date);
 }
 
 /** The bytes from 0 on, as they come. Several readers may wait for the same ones. */
@@ -85,7 +96,7 @@ class Beginning {
 export class HostSource extends RangeSource {
   #url;
   #network;
-  #etag;
+  #version; // headers that name the version of the file
   #suffix;
   #warn;
   #cache;
@@ -98,7 +109,7 @@ export class HostSource extends RangeSource {
     super();
     this.#url = url;
     this.#network = network;
-    this.#etag = headers.get("etag");
+    this.#version = versionOf(headers);
     this.type = headers.get("content-type");
     this.#suffix = suffix;
     this.#warn = warn;
@@ -123,25 +134,52 @@ export class HostSource extends RangeSource {
   get #suffixAt() {
     return this.size - this.#suffix.length;
   }
-  async #fetch(from, end, signal) {
+  async #fetch(from, end, how) {
     const began = performance.now();
-    const reply = await askForRange(this.#network, this.#url, `bytes=${from}-${end - 1}`, signal);
+    const reply = await askForRange(this.#network, this.#url, `bytes=${from}-${end - 1}`, how);
     this.roundTrip = Math.min(this.roundTrip || Infinity, (performance.now() - began) / 1000);
     return this.#checked(reply, from);
   }
   async *#answered(reply, from, end) {
-    yield* this.#wanted(this.#checked(await reply, from), from, end);
+    let at = from;
+    try {
+      for await (const piece of this.#wanted(this.#checked(await reply, from), from, end)) {
+        at += piece.length;
+        yield piece;
+      }
+    } catch (error) {
+      if (!isTransient(error)) throw error;
+    }
+    // A response may be shorter than the range, or break off.
+    yield* this.#pieces(at, end, this.#head?.signal);
+  }
+  /** As #check; the body of what is refused is dropped. */
+  #checked(reply, from) {
+    try {
+      return this.#check(reply, from);
+    } catch (error) {
+      reply.drop();
+      throw error;
+    }
   }
   /** Throws unless these are bytes of the same file from there on, or all of it. */
-  #checked(reply, from) {
+  #check(reply, from) {
+    if (reply.status === 416)
+      throw new FvvError({ code: "changed", message: `${this.#url} changed while it was read: it is shorter now` });
     if (reply.status !== 206 && reply.status !== 200) throw failed(this.#url, reply);
-    const etag = reply.headers.get("etag");
+    const encoding = reply.headers.get("content-encoding");
+    if (reply.status === 206 && encoding && encoding !== "identity")
+      throw new FvvError({
+        code: "io",
+        message: `${this.#url}: expected bytes of the file, found a range with Content-Encoding ${encoding}: switch compression off for this type`,
+      });
+    const version = versionOf(reply.headers);
     const range = /^bytes (\d+)-\d+\/(\d+|\*)$/.exec(reply.headers.get("content-range") ?? "");
     const total = reply.status === 200 ? null : range && range[2] !== "*" ? Number(range[2]) : this.size;
-    if (etag !== this.#etag || (total !== null && total !== this.size))
+    if (!sameVersion(version, this.#version) || (total !== null && total !== this.size))
       throw new FvvError({
         code: "changed",
-        message: `${this.#url} changed while it was read: ETag ${this.#etag}, now ${etag}`,
+        message: `${this.#url} changed while it was read: ETag ${this.#version.etag}, now ${version.etag}`,
       });
     if (range && reply.status === 206 && Number(range[1]) !== from)
       throw new FvvError({
@@ -190,6 +228,7 @@ export class HostSource extends RangeSource {
   }
   async *#pieces(from, end, signal) {
     let reused = false;
+    const outage = this.#network.outage(this.#url, signal);
     for (let at = from; at < end;) {
       // The beginning of the suffix can change meanwhile.
       const asked = Math.min(end, this.#suffixAt);
@@ -200,12 +239,24 @@ export class HostSource extends RangeSource {
         yield kept;
       } else {
         const until = this.#cache.missingUntil(at, asked, ROUND_TRIP_BYTES);
-        for await (const piece of this.#wanted(await this.#fetch(at, until, signal), at, until)) {
-          at += piece.length;
-          yield piece;
+        const first = at;
+        try {
+          for await (const piece of this.#wanted(await this.#fetch(at, until, { signal, outage }), at, until)) {
+            at += piece.length;
+            outage.progress();
+            yield piece;
+          }
+        } catch (error) {
+          await outage.wait(error);
+          continue;
         }
-        if (at < until)
-          throw new FvvError({ code: "io", message: `${this.#url}: the response ends ${until - at} bytes too early` });
+        // A host may send less than the range, but something.
+        if (at === first)
+          await outage.wait(
+            asTransient(
+              new FvvError({ code: "io", message: `${this.#url}: the response has no bytes of ${until - at}` }),
+            ),
+          );
       }
       reused = kept !== null;
     }

@@ -2,10 +2,10 @@
 // header with the configuration block; text messages report why a section ends, and which rungs there are.
 
 import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType, frameTime } from "../chunks.js";
-import { delay, onAbort } from "../abort.js";
+import { onAbort } from "../abort.js";
 import { FvvError } from "../errors.js";
 import { LiveChooser } from "../ladder.js";
-import { Network } from "./network.js";
+import { delayUnlessOnline, Network } from "./network.js";
 import { SectionSource } from "./types.js";
 
 /** Bytes in the queue at most, when frames are not taken: beyond that, bytes are dropped up to the next group. */
@@ -36,6 +36,7 @@ export class LiveSource extends SectionSource {
   #protocols;
   #WebSocket;
   #warn;
+  #report;
   #network;
   #attempts;
   #firstMs;
@@ -48,6 +49,8 @@ export class LiveSource extends SectionSource {
   #block = null;
   #dropping = false;
   #over = false;
+  #failures = 0; // since the last chunk
+  #restarts = false; // the server has sent "restarting"
   #chooser = new LiveChooser();
   #choices = null; // {wish(), best()}
   #tick; // seconds
@@ -58,19 +61,24 @@ export class LiveSource extends SectionSource {
   rungs = null; // null: the server has named none
 
   /** reconnect: {attempts, firstMs, longestMs}. rung: "auto", or the one to begin with. */
-  static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, { warn, rung, signal }) {
+  static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, { warn, rung, ...access }) {
     if (typeof WebSocket !== "function")
       throw new FvvError({ code: "unsupported", message: "this environment has no WebSocket: pass a constructor" });
-    const live = new LiveSource({ url, protocols, WebSocket, rung, ...reconnect }, warn);
-    onAbort(signal, () => live.close());
-    await live.#connect();
+    const live = new LiveSource({ url, protocols, WebSocket, rung, ...reconnect }, { warn, ...access });
+    onAbort(access.signal, () => live.close());
+    // A page may be open before its server is.
+    await live.#connect().catch((error) => live.#reconnect(error.message, access.signal, error));
     return live;
   }
 
-  constructor({ url, protocols, WebSocket, rung, attempts = 0, firstMs = 250, longestMs = 8000 }, warn) {
+  constructor(
+    { url, protocols, WebSocket, rung, attempts = 0, firstMs = 250, longestMs = 8000 },
+    { warn, policy, report = () => {} },
+  ) {
     super();
     this.#url = url;
-    this.#network = new Network();
+    this.#network = new Network({}, { policy, report });
+    this.#report = report;
     this.#asked = new URL(url).searchParams.has("rung") ? null : rung === "auto" ? LAST_RUNG : rung;
     if (rung !== "auto") this.#reason = "chosen";
     this.#protocols = protocols;
@@ -120,6 +128,8 @@ export class LiveSource extends SectionSource {
 
   #take(bytes) {
     this.bytesRead += bytes.length;
+    if (this.#failures) this.#report(null);
+    this.#failures = 0;
     const begins = beginsWithFileHeader(bytes);
     const type = begins ? SCENE : chunkType(bytes);
     this.#measure(bytes);
@@ -210,6 +220,8 @@ export class LiveSource extends SectionSource {
     } else if (type === "restart") {
       this.#chooser.restart();
       this.#put({ restart: true });
+    } else if (type === "restarting") {
+      this.#restarts = true;
     } else if (type === "end") {
       this.#put({ end: true });
     } else if (type === "error") {
@@ -217,13 +229,23 @@ export class LiveSource extends SectionSource {
     }
   }
 
-  async #reconnect({ code, reason }, signal) {
-    const why = `${this.#url}: the connection ended (${code}${reason ? `, ${reason}` : ""})`;
-    for (let attempt = 0; attempt < this.#attempts; attempt++) {
+  #whyClosed({ code, reason }) {
+    const restarts = this.#restarts;
+    this.#restarts = false;
+    if (restarts) return `${this.#url}: the server restarts`;
+    return `${this.#url}: the connection ended (${code}${reason ? `, ${reason}` : ""})`;
+  }
+  /** Attempts count from the last chunk on: a server that accepts and closes at once is one that does not work. */
+  async #reconnect(why, signal, cause) {
+    while (this.#failures < this.#attempts) {
       this.#warn(FvvError.warning("reconnect", `${why}; connecting again`));
       // With jitter: not all clients reconnect at the same moment.
-      const longest = Math.min(this.#firstMs * 2 ** attempt, this.#longestMs);
-      await delay(longest * (0.5 + Math.random() / 2), signal);
+      const longest = Math.min(this.#firstMs * 2 ** this.#failures, this.#longestMs);
+      const retryMs = longest * (0.5 + Math.random() / 2);
+      const attempt = this.#failures++;
+      const offline = globalThis.navigator?.onLine === false;
+      this.#report({ url: this.#url, reason: why, offline, attempt, retryMs });
+      await delayUnlessOnline(retryMs, signal);
       if (this.#over) return;
       try {
         await this.#connect();
@@ -233,7 +255,7 @@ export class LiveSource extends SectionSource {
       }
     }
     if (this.#over) return;
-    throw new FvvError({ code: "io", message: why });
+    throw cause ?? new FvvError({ code: "io", message: why });
   }
 
   async *stream(_, signal) {
@@ -253,7 +275,7 @@ export class LiveSource extends SectionSource {
         else {
           if (item.closed.code === NORMAL_CLOSURE && !this.#attempts) return;
           yield { lost: { error: FvvError.warning("io", `${this.#url}: the connection was lost`) } };
-          await this.#reconnect(item.closed, signal);
+          await this.#reconnect(this.#whyClosed(item.closed), signal);
         }
       }
     } finally {

@@ -1,7 +1,7 @@
 // All access of this package to networks: every request and every WebSocket goes through a Network, which ends them when
 // its source is closed. What is to be done about hosts that do not respond is decided here and nowhere else.
 
-import { onAbort, reasonOf, unlessAborted } from "../abort.js";
+import { delay, onAbort, reasonOf, unlessAborted } from "../abort.js";
 import { FvvError } from "../errors.js";
 
 /** The cost of a round trip of 40 ms at 8 Mbit/s: fewer bytes are fetched again rather than split over two requests. */
@@ -9,16 +9,166 @@ export const ROUND_TRIP_BYTES = 40000;
 /** Concurrent requests; browsers allow six per host with HTTP/1.1. */
 export const CONCURRENT = 6;
 
+/** The defaults of the decoder's option `network`, in milliseconds. */
+export const POLICY = Object.freeze({
+  /** Until a host has responded, or a WebSocket is open. */
+  connectMs: 10000,
+  /** From the response to the first byte of its body. */
+  firstByteMs: 10000,
+  /** Between two pieces of a body. */
+  progressMs: 10000,
+  /** The wait before the second retry, which doubles up to longestMs; half of it is random. The first retry is immediate if
+   * there was no response: a host may close a connection that was not used for some seconds as it is used again. */
+  firstMs: 250,
+  longestMs: 4000,
+  /** A host that sends a longer Retry-After is not waited for. */
+  retryAfterMaxMs: 120000,
+  /** Without a byte for so long, the error is fatal; while the browser is offline the time does not run. */
+  budgetMs: 60000,
+  /** The same while a source is opened: an address may be wrong. */
+  openBudgetMs: 5000,
+});
+
+/** Statuses after which the same request may succeed. */
+const TRANSIENT = [408, 425, 429, 500, 502, 503, 504];
+/** Statuses of an address, or of credentials, that have expired. */
+const EXPIRED = [401, 403, 410];
+
+/** Timers with more milliseconds fire at once. */
+const LONGEST_TIMER = 2 ** 31 - 1;
+
+const transient = new WeakMap(); // errors after which the same request may succeed -> {immediate, retryAfterMs}
+/** Marks an error. */
+export function asTransient(error, how = {}) {
+  transient.set(error, how);
+  return error;
+}
+/** Whether it is one of the network, and not of what the host has. */
+export const isTransient = (error) => transient.has(error);
+
+/** Rejects with late() if the promise has not settled after some milliseconds. */
+async function within(promise, milliseconds, late) {
+  let timer;
+  const expired = new Promise((_, reject) => {
+    timer = setTimeout(() => reject(late()), Math.min(milliseconds, LONGEST_TIMER));
+  });
+  try {
+    return await Promise.race([promise, expired]);
+  } finally {
+    clearTimeout(timer);
+  }
+}
+
+/** Retry-After in milliseconds, which is a number of seconds or a date; 0: none. */
+function retryAfterOf({ headers }) {
+  const text = headers.get("retry-after") ?? "";
+  if (/^\d+$/.test(text)) return 1000 * Number(text);
+  const date = Date.parse(text);
+  return date > Date.now() ? date - Date.now() : 0;
+}
+
+const isOffline = () => globalThis.navigator?.onLine === false;
+
+/** Resolves with the event "online". */
+async function online(signal) {
+  const came = new AbortController();
+  const leave = onAbort(signal, () => came.abort());
+  globalThis.addEventListener?.("online", () => came.abort(), { signal: came.signal });
+  await new Promise((resolve) => onAbort(came.signal, resolve));
+  leave();
+}
+
+/** Resolves after some milliseconds, with the event "online", or when the signal is aborted. */
+export async function delayUnlessOnline(milliseconds, signal) {
+  const stop = new AbortController();
+  const leave = onAbort(signal, () => stop.abort());
+  globalThis.addEventListener?.("online", () => stop.abort(), { signal: stop.signal });
+  await delay(milliseconds, stop.signal);
+  stop.abort();
+  leave();
+}
+
+/** What fails and is tried again: a request, and the body of its response. */
+class Outage {
+  #url;
+  #signals;
+  #policy;
+  #report;
+  #budget;
+  #attempt = 0;
+  #deadline = null;
+
+  /** signals: any of them ends it. report(outage, detail): detail null: it is over. */
+  constructor(url, { signals, policy, report, budgetMs }) {
+    this.#url = url;
+    this.#signals = signals;
+    this.#policy = policy;
+    this.#report = report;
+    this.#budget = budgetMs;
+  }
+  /** Bytes have come. */
+  progress() {
+    this.#attempt = 0;
+    this.#deadline = null;
+    this.#report(this, null);
+  }
+  /** Waits until another attempt is due. Throws the error if none is: it is not one of the network, or the budget is spent. */
+  async wait(error) {
+    const either = new AbortController();
+    const leave = this.#signals.map((signal) => onAbort(signal, () => either.abort(reasonOf(signal))));
+    try {
+      await this.#wait(error, either.signal);
+    } finally {
+      leave.forEach((end) => end());
+    }
+    if (either.signal.aborted) throw reasonOf(either.signal);
+  }
+  async #wait(error, signal) {
+    if (signal.aborted) return;
+    const how = transient.get(error);
+    if (!how) throw this.#fatal(error);
+    const { firstMs, longestMs, retryAfterMaxMs } = this.#policy;
+    const { immediate = false, retryAfterMs = 0 } = how;
+    const now = performance.now();
+    this.#deadline ??= now + this.#budget;
+    if (retryAfterMs > retryAfterMaxMs) throw this.#fatal(error);
+    // The host has named the time at which it is back.
+    this.#deadline = Math.max(this.#deadline, now + retryAfterMs + (retryAfterMs && this.#budget));
+    if (now >= this.#deadline && !isOffline()) throw this.#fatal(error);
+    const attempt = this.#attempt++;
+    if (immediate && attempt === 0) return;
+    const longest = Math.min(firstMs * 2 ** attempt, longestMs);
+    // Not all clients return at the same moment.
+    const retryMs = Math.max(longest * (0.5 + Math.random() / 2), retryAfterMs * (1 + Math.random() / 20));
+    this.#report(this, { url: this.#url, reason: error.message, offline: isOffline(), attempt, retryMs });
+    if (isOffline()) {
+      await online(signal);
+      this.#deadline = performance.now() + this.#budget;
+    } else {
+      // A host that has asked for time gets it.
+      await (retryAfterMs ? delay(retryMs, signal) : delayUnlessOnline(retryMs, signal));
+    }
+  }
+  #fatal(error) {
+    this.#report(this, null);
+    return error;
+  }
+}
+
 /** A response with its body, which is read by pieces or bytes, or dropped. */
 class Reply {
+  #url;
   #response;
   #abort;
+  #policy;
   #received;
   #release;
 
   /** abort: of the request. received(bytes): called as they come. release(): called when nothing more comes. */
-  constructor(response, { abort, received, release }) {
+  constructor(url, response, { abort, policy, received, release }) {
+    this.#url = url;
     this.#response = response;
+    this.#policy = policy;
     this.#abort = abort;
     this.#received = received;
     this.#release = release;
@@ -32,13 +182,19 @@ class Reply {
   get headers() {
     return this.#response.headers;
   }
-  /** Yields the body as it comes. Throws the reason when the request is aborted. */
+  /**
+   * Yields the body as it comes. Throws the reason when the request is aborted, and a transient error when the connection breaks
+   * or nothing comes.
+   */
   async *pieces() {
     const reader = this.#response.body?.getReader();
+    const { firstByteMs, progressMs } = this.#policy;
+    let longest = firstByteMs;
     try {
       for (;;) {
-        const { done, value } = reader ? await unlessAborted(reader.read(), this.#abort.signal) : { done: true };
+        const { done, value } = reader ? await this.#next(reader, longest) : { done: true };
         if (done) return;
+        longest = progressMs;
         this.#received(value.length);
         yield value;
       }
@@ -46,6 +202,20 @@ class Reply {
       reader?.cancel().catch(() => {});
       this.#release();
     }
+  }
+  async #next(reader, milliseconds) {
+    const { signal } = this.#abort;
+    const stalled = () => this.#broken(`no byte has come for ${milliseconds / 1000} s`);
+    try {
+      return await unlessAborted(within(reader.read(), milliseconds, stalled), signal);
+    } catch (error) {
+      if (signal.aborted) throw reasonOf(signal);
+      this.#abort.abort();
+      throw isTransient(error) ? error : this.#broken(`the response broke off (${causeOf(error)})`, error);
+    }
+  }
+  #broken(why, cause) {
+    return asTransient(new FvvError({ code: "io", message: `${this.#url}: ${why}`, cause }));
   }
   async bytes() {
     const pieces = [];
@@ -63,28 +233,90 @@ class Reply {
 export class Network {
   #init;
   #open = new Set(); // what to call to end what is under way
-  #closed = null; // the reason
+  #closing = new AbortController();
+  #policy;
+  #report;
+  #renew;
+  #renewals = new Map(); // address -> the promise of what replaces it, {url, headers}
+  #outages = new Set();
+  #opened = false;
   /** Connections count, too. */
   requests = 0;
   bytesRead = 0;
 
-  /** init: of all requests, as for fetch. signal: closes. */
-  constructor(init = {}, signal = undefined) {
+  /**
+   * init: of all requests, as for fetch. signal: closes. policy: what differs from POLICY. report(detail): called when requests
+   * fail and are tried again, {url, reason, offline, attempt, retryMs}, and with null when bytes come again. renew({url, status}):
+   * returns the promise of the address, text or {url, headers}, that replaces one that has expired; null: there is none.
+   */
+  constructor(init = {}, { signal, policy = {}, report = () => {}, renew = null } = {}) {
     this.#init = init;
+    this.#policy = { ...POLICY, ...policy };
+    this.#report = report;
+    this.#renew = renew;
     onAbort(signal, () => this.close(reasonOf(signal)));
   }
 
   #track(end) {
-    if (this.#closed) end(this.#closed);
+    const { signal } = this.#closing;
+    if (signal.aborted) end(reasonOf(signal));
     else this.#open.add(end);
     return () => this.#open.delete(end);
   }
 
+  /** For an operation of one or more requests, which reports its progress. */
+  outage(url, signal) {
+    const { budgetMs, openBudgetMs } = this.#policy;
+    const report = (outage, detail) => {
+      const was = this.#outages.size;
+      if (detail) this.#outages.add(outage);
+      else this.#outages.delete(outage);
+      if (detail || (was && !this.#outages.size)) this.#report(detail);
+    };
+    const budget = this.#opened ? budgetMs : Math.min(budgetMs, openBudgetMs);
+    const signals = [this.#closing.signal, signal];
+    return new Outage(url, { signals, policy: this.#policy, report, budgetMs: budget });
+  }
+  /** The source is open: from here on budgetMs applies. */
+  opened() {
+    this.#opened = true;
+  }
+
   /**
-   * more: as for fetch, in addition. Once more if there is no response: a host may close a connection that was not used for some
-   * seconds at the moment at which it is used again. Throws FvvError "io" if there is none again, and the reason of a signal.
+   * more: as for fetch, in addition. outage: of the operation that this is a part of. Tried again as the policy says; throws
+   * FvvError "io" if there is no response even so, and the reason of a signal.
    */
-  async request(url, { signal, headers, ...more } = {}) {
+  async request(url, { outage = null, ...more } = {}) {
+    const own = outage ?? this.outage(url, more.signal);
+    for (;;) {
+      try {
+        const reply = await this.#askAddress(url, more);
+        if (!outage) own.progress();
+        return reply;
+      } catch (error) {
+        await own.wait(error);
+      }
+    }
+  }
+  /** At the address that has replaced this one, if any. */
+  async #askAddress(url, more) {
+    const known = this.#renewals.get(url);
+    const reply = await this.#ask(url, await known, more);
+    if (!EXPIRED.includes(reply.status) || !this.#renew) return reply;
+    if (this.#renewals.get(url) === known)
+      this.#renewals.set(url, unlessAborted(this.#renewed(url, reply.status), this.#closing.signal));
+    const renewed = await this.#renewals.get(url);
+    if (!renewed) return reply;
+    reply.drop();
+    return this.#ask(url, renewed, more);
+  }
+  async #renewed(url, status) {
+    const found = await this.#renew({ url, status });
+    if (!found) return null;
+    return typeof found === "string" ? { url: found } : found;
+  }
+  /** Asks once. */
+  async #ask(named, { url = named, headers: renewed } = {}, { signal, headers, ...more }) {
     const abort = new AbortController();
     const untrack = this.#track((reason) => abort.abort(reason));
     const leave = onAbort(signal, () => abort.abort(reasonOf(signal)));
@@ -92,14 +324,54 @@ export class Network {
       untrack();
       leave();
     };
-    const init = { ...this.#init, ...more, headers: { ...this.#init.headers, ...headers }, signal: abort.signal };
+    const init = { ...this.#init, ...more, headers: { ...this.#init.headers, ...renewed, ...headers } };
+    const { connectMs } = this.#policy;
+    const late = () => noResponse(url, `none after ${connectMs / 1000} s`);
     this.requests++;
+    let reply;
     try {
-      const response = await unlessAborted(withRetry(url, init), abort.signal);
-      return new Reply(response, { abort, release, received: (bytes) => (this.bytesRead += bytes) });
+      const response = within(fetchOnce(url, { ...init, signal: abort.signal }), connectMs, late);
+      reply = new Reply(url, await unlessAborted(response, abort.signal), {
+        abort,
+        policy: this.#policy,
+        release,
+        received: (bytes) => (this.bytesRead += bytes),
+      });
     } catch (error) {
       release();
+      if (!abort.signal.aborted) abort.abort();
       throw error;
+    }
+    if (!TRANSIENT.includes(reply.status)) return reply;
+    reply.drop();
+    throw asTransient(failed(url, reply), { retryAfterMs: retryAfterOf(reply) });
+  }
+
+  /** A whole body. When it breaks off, it is requested again, and what has come is skipped. */
+  async *body(url, reply) {
+    const outage = this.outage(url);
+    let received = 0;
+    for (let current = reply; ;) {
+      let skipped = 0;
+      try {
+        for await (const piece of current.pieces()) {
+          const known = Math.min(received - skipped, piece.length);
+          skipped += known;
+          if (known === piece.length) continue;
+          received += piece.length - known;
+          skipped = received;
+          outage.progress();
+          yield piece.subarray(known);
+        }
+        return;
+      } catch (error) {
+        await outage.wait(error);
+        current = await this.request(url, { outage });
+        if (!current.ok) throw failed(url, current);
+        const identity = ({ headers }) => `${headers.get("etag")} ${headers.get("content-length")}`;
+        if (identity(current) !== identity(reply))
+          throw new FvvError({ code: "changed", message: `${url} changed while it was read: ${identity(current)}` });
+      }
     }
   }
 
@@ -113,11 +385,25 @@ export class Network {
         reject(reason);
         socket.close();
       });
+      const { connectMs } = this.#policy;
+      const timer = setTimeout(
+        () => {
+          reject(
+            new FvvError({ code: "io", message: `${url}: the WebSocket is not open after ${connectMs / 1000} s` }),
+          );
+          socket.close();
+        },
+        Math.min(connectMs, LONGEST_TIMER),
+      );
       const fail = () =>
         reject(new FvvError({ code: "io", message: `${url}: the WebSocket could not be opened, or failed` }));
-      socket.addEventListener("open", resolve);
+      socket.addEventListener("open", () => {
+        clearTimeout(timer);
+        resolve();
+      });
       socket.addEventListener("error", fail);
       socket.addEventListener("close", () => {
+        clearTimeout(timer);
         untrack();
         fail();
       });
@@ -127,8 +413,8 @@ export class Network {
 
   /** Ends everything that is under way, and every later request. */
   close(reason = new FvvError({ code: "state", message: "the source was closed" })) {
-    this.#closed ??= reason;
-    for (const end of this.#open) end(this.#closed);
+    this.#closing.abort(reason);
+    for (const end of this.#open) end(reasonOf(this.#closing.signal));
     this.#open.clear();
   }
 }
@@ -144,21 +430,16 @@ export function joined(pieces) {
   return bytes;
 }
 
-async function withRetry(url, init) {
+function noResponse(url, why, cause) {
+  const message = `${url}: no response (${why}). ${adviceOn(url)}`;
+  return asTransient(new FvvError({ code: "io", message, cause }), { immediate: true });
+}
+
+async function fetchOnce(url, init) {
   try {
     return await fetch(url, init);
   } catch (error) {
-    if (init.signal.aborted) throw error;
-  }
-  try {
-    return await fetch(url, init);
-  } catch (error) {
-    if (init.signal.aborted) throw error;
-    throw new FvvError({
-      code: "io",
-      message: `${url}: no response (${causeOf(error)}). ${adviceOn(url)}`,
-      cause: error,
-    });
+    throw init.signal.aborted ? error : noResponse(url, causeOf(error), error);
   }
 }
 

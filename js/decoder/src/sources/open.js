@@ -22,28 +22,43 @@ function problemOf({ headers }, range, suffix) {
   return `Content-Range ${range[0]} does not match the ${suffix.length} bytes received`;
 }
 
+/** Statuses of hosts that do not know ranges of the last bytes; 416: or of an empty file. */
+const NO_SUFFIX = [400, 405, 416, 501];
+
+/** The last bytes by their numbers, as the reply to the first bytes has the size; else the refusal. */
+async function suffixByNumbers(network, url, head, refusal) {
+  const range = head.status === 206 ? rangeOf(head) : null;
+  if (!range) return refusal;
+  refusal.drop();
+  const size = Number(range[3]);
+  return askForRange(network, url, `bytes=${Math.max(0, size - SUFFIX)}-${size - 1}`);
+}
+
 /** seekable false: a single request, and nothing is kept. */
-async function openUrl({ url, init, seekable = true }, { warn, cache, signal }) {
-  const network = new Network(init, signal);
+async function openUrl({ url, init, seekable = true }, { warn, cache, ...access }) {
+  const network = new Network(init, access);
   const head = { abort: new AbortController() };
   const whole = async () => {
     head.abort.abort();
     const reply = await network.request(url);
     if (!reply.ok) throw failed(url, reply);
-    return new ResponseSource(reply, network, { cache, rewinds: seekable });
+    network.opened();
+    return new ResponseSource(url, reply, network, { cache, rewinds: seekable });
   };
   if (!seekable) return whole();
   const suffixAsked = askForRange(network, url, `bytes=-${SUFFIX}`);
-  head.reply = askForRange(network, url, `bytes=0-${FRONT - 1}`, head.abort.signal);
+  head.reply = askForRange(network, url, `bytes=0-${FRONT - 1}`, { signal: head.abort.signal });
   head.reply.catch(() => {}); // if nothing is read of it
   let reply = await suffixAsked;
+  if (NO_SUFFIX.includes(reply.status)) reply = await suffixByNumbers(network, url, await head.reply, reply);
+  if (reply.status === 416 || reply.status === 200) head.abort.abort();
   if (reply.status === 416) return whole();
   if (!reply.ok) throw failed(url, reply);
   const cannot = (why) => warn(noRange(url, why));
   if (reply.status !== 206) {
-    head.abort.abort();
+    network.opened();
     cannot(`the server responds ${reply.status} to a request for a range`);
-    return new ResponseSource(reply, network, { cache, rewinds: true });
+    return new ResponseSource(url, reply, network, { cache, rewinds: true });
   }
   let range = rangeOf(reply);
   // Hosts such as Vite's dev server take the last bytes for the first ones, and now the size is known.
@@ -54,25 +69,37 @@ async function openUrl({ url, init, seekable = true }, { warn, cache, signal }) 
     if (!reply.ok) throw failed(url, reply);
     range = reply.status === 206 ? rangeOf(reply) : null;
   }
-  const suffix = await reply.bytes();
+  const outage = network.outage(url);
+  let suffix = null;
+  while (!suffix)
+    try {
+      suffix = await reply.bytes();
+    } catch (error) {
+      await outage.wait(error);
+      reply = await askForRange(network, url, range ? `bytes=${range[1]}-${range[2]}` : `bytes=-${SUFFIX}`, { outage });
+      if (!reply.ok) throw failed(url, reply);
+    }
+  outage.progress();
   const why = problemOf(reply, range, suffix);
   if (why) {
     cannot(why);
     return whole();
   }
+  network.opened();
   return new HostSource(url, { network, size: Number(range[3]), headers: reply.headers, suffix, head, warn, cache });
 }
 
 /**
  * description can be sent to a worker: {bytes}, {blob}, {url, init, seekable}, {segments: {url, init}},
  * {live: {url, ...}}, or {pull: true} with a function pull. warn(error). cache: for bytes of URLs, until the source is closed.
- * rung: as for the decoder. signal: closes the source, also while it is opened.
+ * rung: as for the decoder. access: {signal, policy, report, renew} as of Network; signal closes the source, also while it is opened.
  */
-export async function openSource(description, { pull, warn, cache, rung, signal }) {
+export async function openSource(description, { pull, warn, cache, rung, ...access }) {
+  const { signal } = access;
   if (description.bytes) return new BufferSource(description.bytes);
   if (description.blob) return new BlobSource(description.blob);
-  if (description.live) return LiveSource.open(description.live, { warn, rung, signal });
-  if (description.segments) return SegmentSource.open(description.segments, { cache, signal });
-  if (description.url) return openUrl(description, { warn, cache, signal });
+  if (description.live) return LiveSource.open(description.live, { warn, rung, ...access });
+  if (description.segments) return SegmentSource.open(description.segments, { cache, ...access });
+  if (description.url) return openUrl(description, { warn, cache, ...access });
   return new PulledSource(pull, signal);
 }

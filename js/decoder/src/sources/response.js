@@ -10,7 +10,7 @@ export class ResponseSource extends SequentialSource {
   #pieces;
   #piece = null; // promise of the next piece, which outlives a seek
 
-  constructor(reply, network, { cache, rewinds }) {
+  constructor(url, reply, network, { cache, rewinds }) {
     super();
     const { headers } = reply;
     const size = headers.get("content-encoding") ? 0 : Number(headers.get("content-length"));
@@ -18,7 +18,7 @@ export class ResponseSource extends SequentialSource {
     this.#network = network;
     this.#cache = cache;
     this.rewinds = rewinds && cache.limit > 0 && size <= cache.limit;
-    this.#pieces = reply.pieces();
+    this.#pieces = network.body(url, reply);
   }
   /** Those before it were in vain. */
   get requests() {

@@ -3,7 +3,7 @@
 import { GroupPrefetcher } from "./group_prefetcher.js";
 import { FILE_HEADER_SIZE, beginsWithFileHeader, chunkPayload, crc32c } from "../chunks.js";
 import { FvvError } from "../errors.js";
-import { failed, joined, Network } from "./network.js";
+import { asTransient, failed, isTransient, joined, Network } from "./network.js";
 import { SectionSource } from "./types.js";
 
 const invalid = (url, message) => new FvvError({ code: "invalid", message: `${url}: ${message}` });
@@ -79,8 +79,9 @@ function tickOf(url, { time_base: base }) {
   return numerator / denominator;
 }
 
-/** A file with wrong bytes is reported as damage; the gap is reported either way. */
+/** A file with wrong bytes is reported as damage; the gap is reported either way. Throws what is no loss of this file alone. */
 function* lossOf(error) {
+  if (isTransient(error)) throw error;
   const damaged = error.code === "damaged" || error.code === "changed";
   if (damaged) yield { damage: Object.assign(error, { fatal: false }) };
   yield { lost: { error: FvvError.warning(damaged ? error.code : "io", `a group is missing: ${error.message}`) } };
@@ -101,8 +102,8 @@ export class SegmentSource extends SectionSource {
   groups = [];
 
   /** cache: for files of groups. */
-  static async open({ url, init }, { cache, signal }) {
-    const segments = new SegmentSource(url, new Network(init, signal), cache);
+  static async open({ url, init }, { cache, ...access }) {
+    const segments = new SegmentSource(url, new Network(init, access), cache);
     const text = new TextDecoder().decode(await segments.#load(url));
     let manifest;
     try {
@@ -118,6 +119,7 @@ export class SegmentSource extends SectionSource {
       segments.#tick = tickOf(url, manifest);
       placeFiles(segments.#files, segments.groups);
     }
+    segments.#network.opened();
     return segments;
   }
 
@@ -134,13 +136,38 @@ export class SegmentSource extends SectionSource {
     return this.#network.bytesRead;
   }
 
-  async #request(url, signal) {
-    const reply = await this.#network.request(url, { signal });
-    if (!reply.ok) throw failed(url, reply);
-    return reply;
+  /** Yields the sizes of pieces, and returns all bytes. size: what is expected. From its beginning again when it breaks off. */
+  async *#receive(url, signal, size = 0) {
+    const outage = this.#network.outage(url, signal);
+    let wasShort = false;
+    for (;;) {
+      const pieces = [];
+      try {
+        const reply = await this.#network.request(url, { signal, outage });
+        if (!reply.ok) throw failed(url, reply);
+        for await (const piece of reply.pieces()) {
+          pieces.push(piece);
+          yield piece.length;
+        }
+        const bytes = joined(pieces);
+        // Once: a cache or a proxy has cut it off, or the file is another one.
+        if (bytes.length < size && !wasShort) {
+          wasShort = true;
+          throw asTransient(new FvvError({ code: "io", message: `${url}: ${bytes.length} bytes of ${size}` }));
+        }
+        outage.progress();
+        return bytes;
+      } catch (error) {
+        await outage.wait(error);
+      }
+    }
   }
-  async #load(url, signal) {
-    return (await this.#request(url, signal)).bytes();
+  async #load(url, signal, size) {
+    const pieces = this.#receive(url, signal, size);
+    for (;;) {
+      const { done, value } = await pieces.next();
+      if (done) return value;
+    }
   }
   /** Throws unless these are the bytes that the manifest lists. */
   #check(url, bytes, { bytes: size, crc32c: expected }) {
@@ -155,7 +182,7 @@ export class SegmentSource extends SectionSource {
   }
   async #file(entry, signal) {
     const url = new URL(entry.file, this.#url).href;
-    const bytes = await this.#load(url, signal);
+    const bytes = await this.#load(url, signal, entry.bytes);
     this.#check(url, bytes, entry);
     return bytes;
   }
@@ -228,12 +255,7 @@ export class SegmentSource extends SectionSource {
       return;
     }
     const url = new URL(file, this.#url).href;
-    const pieces = [];
-    for await (const piece of (await this.#request(url, signal)).pieces()) {
-      pieces.push(piece);
-      yield piece.length;
-    }
-    pending.bytes = joined(pieces);
+    pending.bytes = yield* this.#receive(url, signal, size);
     this.#check(url, pending.bytes, pending.file);
     this.#cache.put(offset, pending.bytes);
   }
