@@ -43,12 +43,8 @@ inline Bytes read_file(const char *path) {
   return out;
 }
 
-inline fvv_input input_of(Bytes &bytes) {
-  const auto read_at = [](void *user, uint64_t offset, void *out, size_t size) -> fvv_status {
-    std::memcpy(out, static_cast<Bytes *>(user)->data() + offset, size);
-    return FVV_OK;
-  };
-  return {read_at, &bytes, bytes.size()};
+inline fvv_input input_of(const Bytes &bytes) {
+  return fvv_input_memory(bytes.data(), bytes.size());
 }
 
 // Figures of a file; see fvvbench.cpp.

@@ -12,11 +12,6 @@ typedef struct content {
   size_t size;
 } content;
 
-static fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
-  memcpy(out, ((const content *)user)->bytes + offset, size);
-  return FVV_OK;
-}
-
 static content load(const cJSON *request) {
   content out = {calloc(1, 1 << 22), 0}; /* enough for every case */
   const cJSON *data = cJSON_GetObjectItem(request, "data"), *path = cJSON_GetObjectItem(request, "path");
@@ -48,7 +43,7 @@ static void add_camera(cJSON *arrays, const fvv_camera *c) {
 }
 
 static void add_frames(cJSON *frames, content *stream_content) {
-  const fvv_input input = {read_at, stream_content, stream_content->size};
+  const fvv_input input = fvv_input_memory(stream_content->bytes, stream_content->size);
   fvv_stream *stream;
   if (fvv_stream_open(&input, NULL, NULL, &stream, NULL) != FVV_OK) return;
   for (size_t f = 0; f < fvv_stream_frame_count(stream); f++) {

@@ -4,12 +4,6 @@
 
 #include <stdio.h>
 
-static fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
-  FILE *file = user;
-  if (fseek(file, (long)offset, SEEK_SET) != 0) return FVV_ERROR_IO;
-  return fread(out, 1, size, file) == size ? FVV_OK : FVV_ERROR_IO;
-}
-
 static int tell(fvv_status status, const fvv_diagnostic *diagnostic, const char *name) {
   char line[512];
   fvv_diagnostic_format(diagnostic, name, line, sizeof line);
@@ -25,16 +19,15 @@ static uint16_t mesh_track(const fvv_configuration *configuration) {
 }
 
 int main(int argc, char **argv) {
-  FILE *file = argc == 2 ? fopen(argv[1], "rb") : NULL;
-  fvv_input input = {read_at, NULL, 0};
+  fvv_input input;
   fvv_stream *stream = NULL;
   const fvv_configuration *configuration = NULL;
   fvv_mesh mesh;
   fvv_diagnostic diagnostic;
   fvv_status status;
-  if (!file || fseek(file, 0, SEEK_END) != 0) return 2;
-  input.user = file;
-  input.size = (uint64_t)ftell(file);
+  if (argc != 2) return 2;
+  status = fvv_input_file_open(argv[1], &input, &diagnostic);
+  if (status < 0) return tell(status, &diagnostic, argv[1]);
   status = fvv_stream_open(&input, NULL, NULL, &stream, &diagnostic);
   if (status < 0) return tell(status, &diagnostic, argv[1]);
   status = fvv_stream_configuration(stream, 0, &configuration, &diagnostic);
@@ -44,6 +37,6 @@ int main(int argc, char **argv) {
          (unsigned long)mesh.vertex_count);
   fvv_mesh_free(&mesh);
   fvv_stream_close(stream);
-  fclose(file);
+  fvv_input_file_close(&input);
   return 0;
 }

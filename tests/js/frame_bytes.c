@@ -7,11 +7,6 @@
 
 #include "fvv/stream.h"
 
-static fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
-  FILE *file = user;
-  return !fseek(file, (long)offset, SEEK_SET) && fread(out, 1, size, file) == size ? FVV_OK : FVV_ERROR_IO;
-}
-
 static void put(const char *name, unsigned id, const void *bytes, size_t size) {
   printf("%s %u %zu\n", name, id, size);
   fwrite(bytes, 1, size, stdout);
@@ -166,10 +161,10 @@ static void put_track(fvv_stream *stream, size_t frame, const fvv_track *track, 
 
 int main(int count, char **arguments) {
   const int background = count == 3 && !strcmp(arguments[1], "--background");
-  FILE *file = count == 2 + background ? fopen(arguments[count - 1], "rb") : NULL;
-  if (!file || fseek(file, 0, SEEK_END)) return 2;
-  const fvv_input input = {read_at, file, (uint64_t)ftell(file)};
+  fvv_input input;
   fvv_diagnostic diagnostic;
+  if (count != 2 + background || fvv_input_file_open(arguments[count - 1], &input, &diagnostic) != FVV_OK)
+    return 2;
   fvv_stream *stream;
   if (fvv_stream_open(&input, NULL, NULL, &stream, &diagnostic) != FVV_OK) {
     fprintf(stderr, "%s\n", diagnostic.message);
@@ -198,6 +193,6 @@ int main(int count, char **arguments) {
     }
   }
   fvv_stream_close(stream);
-  fclose(file);
+  fvv_input_file_close(&input);
   return 0;
 }

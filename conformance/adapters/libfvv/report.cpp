@@ -85,11 +85,6 @@ fvv_status check(fvv_checker *checker, const std::vector<uint8_t> &bytes, size_t
   return status < 0 ? status : fvv_checker_finish(checker);
 }
 
-fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
-  std::memcpy(out, static_cast<const uint8_t *>(user) + offset, size);
-  return FVV_OK;
-}
-
 std::set<Place> whole_frames(const fvv_checker *checker, const Seen &seen) {
   std::set<Place> out;
   for (size_t i = 0; i < fvv_checker_run_count(checker); i++) {
@@ -172,7 +167,7 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
               {"sounds", json::object()},
               {"environment", json::object()},
               {"summary", summary(created, seen)}};
-  const fvv_input input = {read_at, const_cast<uint8_t *>(bytes.data()), bytes.size()};
+  const fvv_input input = fvv_input_memory(bytes.data(), bytes.size());
   fvv_stream *opened = nullptr;
   if (fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) != FVV_OK) return out;
   const std::unique_ptr<fvv_stream, StreamCloser> stream(opened);

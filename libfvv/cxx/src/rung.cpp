@@ -8,53 +8,24 @@ namespace fvv {
 
 namespace {
 
-// By rank; a group with two tracks of one rank is invalid, and may be asked about all the same.
-bool is_better(const fvv_track &a, const fvv_track &b) {
-  return a.rank != b.rank ? a.rank < b.rank : a.id < b.id;
+// One byte for each track: whether the rung has it.
+std::vector<uint8_t> tracks_of_rung(const fvv_track *tracks, size_t count, size_t rung) {
+  std::vector<uint8_t> has(count);
+  fvv_rung_tracks(tracks, count, rung, has.data());
+  return has;
 }
-
-class Ladder {
-public:
-  Ladder(const fvv_track *list, size_t count) : tracks(list), track_count(count) {
-    for (size_t i = 0; i < count; i++)
-      if (tracks[i].alternate_group && !is_best(tracks[i])) ranks.push_back(tracks[i].rank);
-    std::sort(ranks.begin(), ranks.end());
-    ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
-  }
-
-  size_t rung_count() const { return ranks.size() + 1; }
-
-  bool has(const fvv_track &track, size_t rung) const {
-    if (!track.alternate_group) return true;
-    const size_t step = std::min(rung, ranks.size());
-    const auto allowed = [&](const fvv_track &one) { return step && one.rank <= ranks[step - 1]; };
-    if (!allowed(track)) return is_best(track);
-    return std::none_of(tracks, tracks + track_count, [&](const fvv_track &other) {
-      return other.alternate_group == track.alternate_group && allowed(other) && is_better(track, other);
-    });
-  }
-
-private:
-  // And no other one is allowed then: their ranks are not below its own.
-  bool is_best(const fvv_track &track) const {
-    return std::none_of(tracks, tracks + track_count, [&](const fvv_track &other) {
-      return other.alternate_group == track.alternate_group && is_better(other, track);
-    });
-  }
-
-  const fvv_track *tracks;
-  const size_t track_count;
-  std::vector<uint16_t> ranks; // of the rungs below the first
-};
 
 } // namespace
 
 size_t rung_count(const fvv_track *tracks, size_t count) {
-  return Ladder(tracks, count).rung_count();
+  return fvv_rung_count(tracks, count);
 }
 
 bool in_rung(const fvv_track *tracks, size_t count, const fvv_track &track, size_t rung) {
-  return Ladder(tracks, count).has(track, rung);
+  const std::vector<uint8_t> has = tracks_of_rung(tracks, count, rung);
+  for (size_t i = 0; i < count; i++)
+    if (tracks[i].id == track.id) return has[i] != 0;
+  return true;
 }
 
 void ConfigurationBlock::add(const fvv_chunk_header &header, const uint8_t *payload) {
@@ -110,14 +81,15 @@ std::vector<RungInfo> ConfigurationBlock::rungs() const {
 
 std::vector<RungInfo> rungs_of(const fvv_configuration &configuration) {
   std::vector<RungInfo> out;
-  const Ladder ladder(configuration.tracks, configuration.track_count);
-  for (size_t rung = 0; rung < ladder.rung_count(); rung++) {
+  const size_t count = rung_count(configuration.tracks, configuration.track_count);
+  for (size_t rung = 0; rung < count; rung++) {
+    const std::vector<uint8_t> has = tracks_of_rung(configuration.tracks, configuration.track_count, rung);
     RungInfo info;
     info.rung = rung;
     bool known = true; // the rate of all that the rungs differ in
     for (size_t i = 0; i < configuration.track_count; i++) {
       const fvv_track &track = configuration.tracks[i];
-      if (!ladder.has(track, rung)) continue;
+      if (!has[i]) continue;
       info.tracks.push_back(track.id);
       info.bit_rate += track.bit_rate;
       known = known && (track.bit_rate || !track.alternate_group);

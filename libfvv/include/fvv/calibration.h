@@ -90,8 +90,8 @@ FVV_API void fvv_calibration_choose(const fvv_camera *cameras, size_t count, dou
 /* Where the cameras of a configuration that move are, chunk by chunk of their track. */
 typedef struct fvv_calibration fvv_calibration;
 
-/* Of cameras, which are copied (their names are borrowed), those with FVV_CAMERA_MOVES; others are passed
- * over. The only errors are of memory. */
+/* Copies the cameras with FVV_CAMERA_MOVES (their names are borrowed); ignores the others. Fails only if out
+ * of memory. */
 FVV_API FVV_MUST_USE fvv_status fvv_calibration_create(const fvv_camera *cameras, size_t count,
                                                        const fvv_allocator *allocator,
                                                        fvv_calibration **calibration);
@@ -104,7 +104,7 @@ FVV_API void fvv_calibration_reset(fvv_calibration *calibration);
 FVV_API FVV_MUST_USE fvv_status fvv_calibration_decode(fvv_calibration *calibration, const uint8_t *payload,
                                                        size_t size, int key, fvv_diagnostic *diagnostic);
 /* The camera as the chunk decoded or encoded last has it. FVV_END: it is not calibrated there;
- * FVV_ERROR_ARGUMENT: it is none that moves. */
+ * FVV_ERROR_ARGUMENT: the camera does not move. */
 FVV_API FVV_MUST_USE fvv_status fvv_calibration_camera(const fvv_calibration *calibration, uint16_t id,
                                                        fvv_camera *camera);
 /* The next payload. cameras: those that are calibrated, by rising identifier, each with the lens model and

@@ -65,6 +65,17 @@ FVV_API FVV_MUST_USE fvv_status fvv_track_encode(const fvv_track *track, uint8_t
 FVV_API FVV_MUST_USE fvv_status fvv_track_decode(fvv_track *track, const uint8_t *payload, size_t size,
                                                  const fvv_limits *limits, fvv_diagnostic *diagnostic);
 
+/* ---- rungs ---------------------------------------------------------------------------------------- */
+
+/* Rungs of a ladder of quality: which tracks a reader takes of a stream that has some at several ranks
+ * (clause 5.2). Rung 0 has the best track of each alternate group; each rank of another track makes one more
+ * rung. Without alternatives: 1. tracks: those of one configuration. No allocation; about count^2 steps. */
+FVV_API size_t fvv_rung_count(const fvv_track *tracks, size_t count);
+/* has: count bytes; each becomes 1 when the rung has that track, else 0. A rung has every track without an
+ * alternate group and, of each group, the track with the greatest rank not above that of the rung, or the
+ * best track. A number beyond the last rung names the last one. */
+FVV_API void fvv_rung_tracks(const fvv_track *tracks, size_t count, size_t rung, uint8_t *has);
+
 /* ---- writer --------------------------------------------------------------------------------------- */
 
 typedef struct fvv_writer fvv_writer;
@@ -75,7 +86,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_writer_create(const fvv_output *output, cons
 /* Frees without finishing: what was written is a valid live stream up to the last ended group. */
 FVV_API void fvv_writer_destroy(fvv_writer *writer);
 
-/* For who writes a part of a stream, before its first group: the number of that group, others follow it.
+/* Sets the sequence number of the first group; those of later groups follow. For writers of part of a stream.
  * FVV_ERROR_STATE: a group was begun. */
 FVV_API FVV_MUST_USE fvv_status fvv_writer_join(fvv_writer *writer, uint32_t sequence);
 
@@ -131,16 +142,12 @@ typedef struct fvv_event {
 FVV_API FVV_MUST_USE fvv_status fvv_reader_create(const fvv_limits *limits, const fvv_allocator *allocator,
                                                   uint64_t start_offset, fvv_reader **reader);
 FVV_API void fvv_reader_destroy(fvv_reader *reader);
-/* For who joins late, before the first push and with start_offset 0: what comes is an initialisation object
- * (file header and configuration block) and then the groups of a stream in order, beginning with any (clause
- * 6.4). The first sequence number is taken as it comes; everything else is checked as always, except index
- * and footer, which describe a whole stream. Offsets count from the first byte pushed. FVV_ERROR_STATE: bytes
- * were pushed, or they begin elsewhere. */
+/* Tells the reader that it joins a live stream late: the first bytes are an initialisation object (file
+ * header and configuration block), and the groups of a stream follow in order, beginning with any
+ * (clause 6.4). Call it before the first push, with start_offset 0. The first sequence number is taken as it
+ * comes; everything else is checked as always, except index and footer, which describe a whole stream.
+ * Offsets count from the first byte pushed. FVV_ERROR_STATE: bytes were pushed, or they begin elsewhere. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_join(fvv_reader *reader);
-/* reader remembers the intact configuration blocks that former has read, the last four, and former forgets
- * them. A group whose own block is damaged or lost is intact when one of them has the digest that it names
- * (clause 7.4). Both have the same allocator. */
-FVV_API void fvv_reader_inherit(fvv_reader *reader, fvv_reader *former);
 /* Bytes are copied. Any split of the same bytes gives the same events. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_push(fvv_reader *reader, const void *bytes, size_t size);
 /* No more bytes will come: what was "need data" becomes "truncated". */

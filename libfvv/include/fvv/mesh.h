@@ -114,7 +114,7 @@ typedef struct fvv_mesh_options {
 } fvv_mesh_options;
 
 /* How far outside 0 to 1 a texture coordinate may lie, 2^-16: what single precision and texts of six decimals
- * leave, less than a texel of any atlas. Whole turns beyond (repeated textures) have no place in an atlas. */
+ * leave, less than a texel of any atlas. Repeating coordinates are not supported. */
 #define FVV_TEXTURE_TOLERANCE (1.0 / 65536)
 
 FVV_API void fvv_mesh_options_default(fvv_mesh_options *options);

@@ -92,9 +92,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_configuration(fvv_stream *stream, siz
                                                          const fvv_configuration **configuration,
                                                          fvv_diagnostic *diagnostic);
 /* The tiles of a video track in a group: those of the group's TILE, else the configuration's. FVV_END: the
- * track shows no tiles, or is none of video. Errors are returned in place of a guess, also where a damaged
- * group may have lost its layout. Belongs to the stream; valid until the next call with another group, or
- * close. */
+ * track shows no tiles, or is not a video track. Errors are returned in place of a guess, also where a
+ * damaged group may have lost its layout. Belongs to the stream; valid until the next call with another
+ * group, or close. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_tiles(fvv_stream *stream, size_t group, uint16_t track,
                                                  const fvv_tile **tiles, size_t *count,
                                                  fvv_diagnostic *diagnostic);
@@ -119,9 +119,9 @@ typedef struct fvv_visibility {
 } fvv_visibility;
 
 /* The visibility of a frame on one track, decoded with the mesh that it belongs to and, of cameras that move,
- * the calibration of the frame (one without it has no bits, FVV-6003). FVV_END: none. Belongs to
- * the stream, valid until the next call on it. Frames in order cost one step each; others those since the key
- * chunk. fvv_visibility_peek and fvv_visibility_decode decode single cameras. */
+ * the calibration of the frame (a camera without calibration has no visibility, FVV-6003). FVV_END: none.
+ * Belongs to the stream, valid until the next call on it. Frames in order cost one step each; others those
+ * since the key chunk. fvv_visibility_peek and fvv_visibility_decode decode single cameras. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t track,
                                                       const fvv_visibility **visibility,
                                                       fvv_diagnostic *diagnostic);

@@ -1,7 +1,11 @@
 /* fvv/types.h: status codes, diagnostics, allocator, I/O callbacks and limits.
  *
- * Every other public header includes this one. Nothing here knows what a chunk contains. All structs that
- * a caller fills begin with their own size, so that later versions can append fields. */
+ * Every other public header includes this one. The headers are C99 and C++. The library is tested on Linux;
+ * the headers also compile for Windows with MinGW-w64 and with clang (docs/project/abi.md, "Platforms").
+ *
+ * Option structs (fvv_limits and fvv_..._options) and fvv_mesh_report begin with struct_size, so that later
+ * versions can append fields: call the ..._default function of the struct or, where there is none, set
+ * struct_size to its sizeof. All other structs are frozen within a SONAME: they neither grow nor change. */
 #ifndef FVV_TYPES_H
 #define FVV_TYPES_H
 
@@ -14,9 +18,23 @@ extern "C" {
 
 #if defined(__GNUC__)
 #define FVV_MUST_USE __attribute__((warn_unused_result))
-#define FVV_API __attribute__((visibility("default")))
 #else
 #define FVV_MUST_USE
+#endif
+
+/* On Windows a program that links the static library defines FVV_STATIC; the build of the DLL defines
+ * FVV_BUILDING_DLL. Elsewhere neither has an effect. */
+#if defined(_WIN32)
+#if defined(FVV_STATIC)
+#define FVV_API
+#elif defined(FVV_BUILDING_DLL)
+#define FVV_API __declspec(dllexport)
+#else
+#define FVV_API __declspec(dllimport)
+#endif
+#elif defined(__GNUC__)
+#define FVV_API __attribute__((visibility("default")))
+#else
 #define FVV_API
 #endif
 
@@ -87,6 +105,18 @@ typedef struct fvv_input {
   uint64_t size; /* bytes in all */
 } fvv_input;
 
+/* A block of bytes as input. Borrowed: it has to stay as it is as long as the input is used. Nothing to
+ * close. */
+FVV_API fvv_input fvv_input_memory(const void *bytes, size_t size);
+
+/* A file as input, read through stdio. Everything else in this library leaves I/O to its callers; a build
+ * with FVV_STDIO=OFF does not have these two functions. Files above 2 GiB are read too. Pipes and folders:
+ * FVV_ERROR_IO. path: as fopen takes it. On error *input is empty. The input may be copied; close it once,
+ * after the handles that read from it. One thread at a time. */
+FVV_API FVV_MUST_USE fvv_status fvv_input_file_open(const char *path, fvv_input *input,
+                                                    fvv_diagnostic *diagnostic);
+FVV_API void fvv_input_file_close(fvv_input *input);
+
 /* Append-only output. write takes all size bytes or returns FVV_ERROR_IO. */
 typedef struct fvv_output {
   fvv_status (*write)(void *user, const void *bytes, size_t size);
@@ -120,7 +150,8 @@ typedef struct fvv_limits {
 
 FVV_API void fvv_limits_default(fvv_limits *limits);
 
-/* Library version, "0.1.0". The format's version is in fvv/format.h. */
+/* Version of the library as "MAJOR.MINOR.PATCH": that of the CMake project which built it. Static storage.
+ * The format's version is in fvv/format.h. */
 FVV_API const char *fvv_version(void);
 
 /* CRC-32C (Castagnoli, RFC 3720 B.4). Continue with the previous result, start with 0. */

@@ -59,8 +59,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_tiles_arrange(fvv_tile *tiles, size_t count,
                                                   uint32_t *frame_width, uint32_t *frame_height,
                                                   fvv_diagnostic *diagnostic);
 /* Rectangles inside the frame and not overlapping, aligned, sizes > 0, one tile per camera: else
- * FVV_ERROR_INVALID. Whether a source lies inside its camera's picture is for those to check who know the
- * cameras. Compares all pairs: bound count by fvv_limits.max_cameras first. */
+ * FVV_ERROR_INVALID. Whether a source lies inside its camera's picture is not checked: the caller checks this
+ * against its cameras. Compares all pairs: bound count by fvv_limits.max_cameras first. */
 FVV_API FVV_MUST_USE fvv_status fvv_tiles_validate(const fvv_tile *tiles, size_t count, uint32_t frame_width,
                                                    uint32_t frame_height, fvv_diagnostic *diagnostic);
 

@@ -1,9 +1,9 @@
 /* fvv/visibility.h: how much each camera sees of the surface around each vertex of a decoded mesh, coded.
  * Spec: spec/fvv.md clause 17.
  *
- * It is sent only of vertices that turn to the camera by more than a threshold, which coder and decoder
- * find out from the mesh in integers (the facing test). Every camera has a range coder's stream of its own,
- * so that any of them can be fetched and decoded without the others. */
+ * Only vertices that face the camera within a threshold have a weight; encoder and decoder find them from the
+ * mesh in integers (the facing test). Every camera has a range coder's stream of its own, so that any of them
+ * can be fetched and decoded without the others. */
 #ifndef FVV_VISIBILITY_H
 #define FVV_VISIBILITY_H
 
@@ -88,9 +88,9 @@ FVV_API void fvv_visibility_order_close(fvv_visibility_order *order);
 /* What one camera sees. */
 typedef struct fvv_visibility_view {
   uint16_t camera;
-  int32_t centre[3];   /* fvv_visibility_centre */
-  const uint8_t *seen; /* FVV_VERTEX_... of each vertex, not BACKFACING; what is beside no vertex of the other
-                          side becomes HIDDEN or SEEN. What fails the facing test is not read */
+  int32_t centre[3];     /* fvv_visibility_centre */
+  const uint8_t *seen;   /* FVV_VERTEX_... of each vertex, not BACKFACING; vertices without a neighbour on the
+                            other side become HIDDEN or SEEN. Vertices that fail the facing test are not read */
   const uint8_t *former; /* FVV_VERTEX_... of the frame before, or NULL; not read when number is 0 */
   uint8_t *states;       /* receives FVV_VERTEX_... of each vertex as decoders get it, or NULL; may be
                             former */

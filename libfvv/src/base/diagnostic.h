@@ -5,7 +5,10 @@
 #include "fvv/format.h"
 #include "fvv/types.h"
 
-#if defined(__GNUC__)
+/* MinGW-w64 has two sets of these functions: the base layer's are compiled with those of C99. */
+#if defined(__MINGW32__) && !defined(__clang__)
+#define FVV_PRINTF(text, first) __attribute__((format(gnu_printf, text, first)))
+#elif defined(__GNUC__)
 #define FVV_PRINTF(text, first) __attribute__((format(printf, text, first)))
 #else
 #define FVV_PRINTF(text, first)

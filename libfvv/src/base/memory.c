@@ -103,3 +103,13 @@ fvv_status fvv_readable_check(uint64_t count, uint64_t most, const char *what, u
 const char *fvv_version(void) {
   return FVV_LIBRARY_VERSION;
 }
+
+static fvv_status read_memory(void *user, uint64_t offset, void *out, size_t size) {
+  if (size) memcpy(out, (const uint8_t *)user + offset, size);
+  return FVV_OK;
+}
+
+fvv_input fvv_input_memory(const void *bytes, size_t size) {
+  const fvv_input input = {read_memory, (void *)bytes, size};
+  return input;
+}

@@ -1,5 +1,6 @@
 /* container/reader.c: push bytes, pull events. Finds chunks, checks their CRCs, skips damage (clause 7.4);
  * which chunk may follow which is up to sequence.h. */
+#include "container/reader.h"
 #include "base/bytes.h"
 #include "base/checked.h"
 #include "base/diagnostic.h"

@@ -9,6 +9,7 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "container/header.h"
+#include "container/reader.h"
 #include "container/sequence.h"
 #include "stream/configuration.h"
 

@@ -10,12 +10,10 @@
 
 namespace fvv {
 
-// Rung 0 is the best track of each alternate group; each rank of another track makes one more. Without
-// alternatives: 1.
+// fvv_rung_count.
 size_t rung_count(const fvv_track *tracks, size_t count);
 
-// Whether a rung has a track: all that have no alternate group, and of each group the one with the rank of
-// the rung, or with the nearest better one, or the best. A number beyond the last rung names that.
+// Whether a rung has a track of tracks, as fvv_rung_tracks finds it.
 bool in_rung(const fvv_track *tracks, size_t count, const fvv_track &track, size_t rung);
 inline bool in_rung(const fvv_configuration &configuration, uint16_t track, size_t rung) {
   const fvv_track *found = fvv_configuration_track(&configuration, track);
