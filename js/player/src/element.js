@@ -54,6 +54,7 @@ export class FvvPlayer extends ViewpointElement {
   #immersive = null;
   #unsupported = false; // a codec of the source
   #lost = []; // codecs of videos without a picture
+  #outage = null;
   /** Further options for createDecoder, of all players. */
   static decoderOptions = {};
   /** The same of this one. */
@@ -216,6 +217,7 @@ export class FvvPlayer extends ViewpointElement {
     if (this.networkState !== FvvPlayer.NETWORK_EMPTY) this._abandonMoves();
     this.#lost = [];
     this.#unsupported = false;
+    this.#outage = null;
     this.#media.reset();
     this.#sound.reset();
     this.#media.playbackRate = this.defaultPlaybackRate;
@@ -245,6 +247,8 @@ export class FvvPlayer extends ViewpointElement {
       worker: FvvPlayer._startWorker,
       ...FvvPlayer.decoderOptions,
       ...this.decoderOptions,
+      onOutage: (outage) => this.#takeOutage(outage),
+      renewAddress: (expired) => this.#renewAddress(expired),
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
       normals: true,
@@ -258,6 +262,24 @@ export class FvvPlayer extends ViewpointElement {
       this.#takeWarning(detail);
     });
     return decoder;
+  }
+
+  /** Requests fail and are tried again; null: bytes come again. What is buffered is played meanwhile. */
+  #takeOutage(outage) {
+    this.#outage = outage;
+    const type = outage ? "stalled" : "recovered";
+    this.dispatchEvent(new CustomEvent(type, { detail: outage }));
+  }
+  /** Why requests fail, {url, reason, offline, attempt, retryMs}; null: they do not. */
+  get outage() {
+    return this.#outage;
+  }
+  /** A listener of the event calls respondWith with the address, or its promise. */
+  async #renewAddress(expired) {
+    let answer = null;
+    const respondWith = (address) => (answer = address);
+    this.dispatchEvent(new CustomEvent("addressexpired", { detail: { ...expired, respondWith } }));
+    return answer;
   }
 
   #chooseRung() {

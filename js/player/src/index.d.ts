@@ -1,4 +1,4 @@
-import { Camera, FvvError, Options, Rung, RungChange, Source } from "@fvv/decoder";
+import { Camera, FvvError, Options, Outage, Rung, RungChange, Source } from "@fvv/decoder";
 import { Counters, Mode } from "./renderer/index.js";
 
 export { Renderer, cameraColour } from "./renderer/index.js";
@@ -57,6 +57,9 @@ export interface Journey {
 
 export type DecoderOptions = Pick<Options, "limits" | "signal" | "videoFallback" | "soundFallback">;
 
+/** What replaces an address that has expired; null: nothing does. */
+export type RenewedAddress = Awaited<ReturnType<NonNullable<Options["renewAddress"]>>>;
+
 /** Events in addition to those of media elements. */
 export interface FvvPlayerEventMap extends Omit<HTMLElementEventMap, "error"> {
   /** Playback has ended. The element's `error` has the reason as well. */
@@ -71,6 +74,16 @@ export interface FvvPlayerEventMap extends Omit<HTMLElementEventMap, "error"> {
   rungchange: CustomEvent<RungChange>;
   /** Playback continues: damage, gaps and restrictions, as the decoder reports them. */
   warning: CustomEvent<FvvError>;
+  /** Requests fail and are tried again, while what is buffered is played; detail null: nothing has come for a while. */
+  stalled: CustomEvent<Outage | null>;
+  /** Bytes come again. */
+  recovered: CustomEvent<null>;
+  /** The address, or its credentials, have expired: respondWith takes what replaces it. */
+  addressexpired: CustomEvent<{
+    url: string;
+    status: number;
+    respondWith(address: RenewedAddress | Promise<RenewedAddress>): void;
+  }>;
 }
 
 export class FvvPlayer extends HTMLElement {
@@ -126,6 +139,8 @@ export class FvvPlayer extends HTMLElement {
   readonly readyState: 0 | 1 | 2 | 3 | 4;
   readonly networkState: 0 | 1 | 2 | 3;
   readonly error: PlayerError | null;
+  /** Why requests fail and are tried again; null: they do not. What is buffered is played meanwhile. */
+  readonly outage: Outage | null;
   readonly seekable: Ranges;
   readonly buffered: Ranges;
   /** 0 to 16. */

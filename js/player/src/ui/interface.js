@@ -18,7 +18,7 @@ const STATS_MS = 500;
 const LIVE_MS = 1000;
 const EVENTS =
   "play pause playing waiting seeking seeked timeupdate ended ratechange loadstart loadedmetadata canplay emptied error " +
-  "progress durationchange framechange volumechange camera-change optionschange";
+  "progress stalled recovered durationchange framechange volumechange camera-change optionschange";
 
 /** Names of codecs, and whether @fvv/video-fallback decodes them. */
 const CODECS = {
@@ -49,6 +49,7 @@ export class Interface {
   #commands;
   #movement;
   #spinner = element("div", { class: "spinner", role: "status", "aria-label": "Loading", hidden: true });
+  #outage = element("div", { class: "outage", role: "status", hidden: true });
   #big;
   #message;
   #notice = element("div", { class: "notice", role: "status" });
@@ -85,7 +86,7 @@ export class Interface {
     this.#statsBox = element("div", { class: "stats-box", hidden: true }, this.#stats.node);
     this.#stats.node.hidden = false;
     this.#controls = element("div", { class: "controls" }, this.#panels.node, this.#bar.node);
-    const middle = element("div", { class: "middle" }, this.#big, this.#spinner, this.#message);
+    const middle = element("div", { class: "middle" }, this.#big, this.#spinner, this.#outage, this.#message);
     this.#sheet = new SheetButtons(player);
     root.append(this.#sheet.node, middle, this.#statsBox, this.#controls, this.#missing, this.#notice);
     this.#listen(surface, signal);
@@ -198,6 +199,7 @@ export class Interface {
       this.#spinnerTimer = null;
       this.#spinner.hidden = true;
     } else this.#spinnerTimer ??= setTimeout(() => (this.#spinner.hidden = false), SPINNER_DELAY_MS);
+    this.#showOutage(isWaiting ? player.outage : null);
     this.#showError(error);
     this.#showMissing(player.unsupportedCodecs);
     this.#sheet.update();
@@ -206,6 +208,15 @@ export class Interface {
       if (this.#panels.isOpen("cameras")) this.#cameras.update();
       if (this.#panels.isOpen("settings")) this.#settings.update();
     }
+  }
+
+  /** While nothing is left to play: why, for those who wait. */
+  #showOutage(outage) {
+    this.#outage.hidden = outage === null;
+    this.#outage.title = outage?.reason ?? "";
+    const text = outage?.offline ? "Offline: waiting for the network" : "The connection is interrupted: trying again";
+    const shown = outage ? text : "";
+    if (this.#outage.textContent !== shown) this.#outage.textContent = shown;
   }
 
   #showError(error) {

@@ -146,6 +146,13 @@ canvas.empty {
   border-top-color: var(--accent);
   animation: turn 0.9s linear infinite;
 }
+.outage {
+  margin-top: 96px;
+  padding: 6px 12px;
+  background: var(--panel);
+  border: 1px solid var(--line);
+  border-radius: 8px;
+}
 @keyframes turn {
   to {
     transform: rotate(1turn);
