@@ -171,6 +171,7 @@ fvv_mesh_source borrow(const geometry::Mesh &mesh) {
 fvv_mesh_options options_of(const Plan &plan, const PreparedMesh &source) {
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
+  options.keep_winding = plan.options.winding == Winding::keep;
   std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);
   options.lattice_step = plan.lattice.lattice.step;
   // Decimation has dropped specks already, by the faces that they had before.

@@ -64,6 +64,8 @@ struct WindingChoice {
   double turned_away = 0;
 
   double in_stream() const { return flip ? 1 - turned_away : turned_away; }
+  // It is more likely than not that the files have them the wrong way round.
+  bool inside_out() const { return turned_away > 0.5; }
 };
 
 struct VisibilityChoice {

@@ -256,7 +256,8 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   if (plan.has_meshes()) {
     plan.winding = choose_winding(options, plan.capture, sampled);
     plan.capture.flip_faces = plan.winding.flip;
-    plan.warned = warn_of_winding(plan) || plan.warned;
+    // Faces of a mesh that does not fit the cameras show their backs by chance.
+    plan.warned = warn_of_coordinates(plan, sampled) || warn_of_winding(plan) || plan.warned;
   }
   Tiling cameras = whole_pictures(plan.capture, options);
   if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);

@@ -251,6 +251,14 @@ def test_touching_bodies_stay_as_they_are(place):
         assert summary(done)["mesh"]["flipped_faces"]["count"] == 0, winding
 
 
+def test_keep_keeps_a_face_that_is_turned_round(place):
+    """Without the option it is turned as its neighbours are."""
+    (place / "a.obj").write_text(box("mtllib m.mtl\nusemtl m", faces=[QUADS[0][::-1], *QUADS[1:]]))
+    assert summary(mux("a.obj", "--json", code=(0, 3)))["mesh"]["flipped_faces"]["count"] == 2
+    kept = mux("a.obj", "--winding", "keep", "--json", code=(0, 3))
+    assert summary(kept)["mesh"]["flipped_faces"]["count"] == 0
+
+
 def test_both_sides_of_a_sheet(place):
     """Faces of opposite winding, each with its own part of the texture."""
     text = "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -341,46 +349,47 @@ def test_unknown_extensions_are_a_warning(place):
     assert "EXT_bend_everything" in done.stderr and "clearcoat" not in done.stderr
 
 
+def write_sphere(folder, origin, mesh=lambda vertices: vertices):
+    """Four cameras around a sphere of 0.6 m; mesh: what its file has instead of its vertices."""
+    folder.mkdir()
+    sphere = trimesh.creation.icosphere(3, 0.6)
+    lines = ["v {:.9f} {:.9f} {:.9f}".format(*v) for v in mesh(sphere.vertices + origin)]
+    lines += ["f {} {} {}".format(*f) for f in sphere.faces + 1]
+    (folder / "m.obj").write_text("\n".join(lines) + "\n")
+    cameras = []
+    for i in range(4):
+        angle = i * np.pi / 2
+        z = np.array([-np.cos(angle), 0, -np.sin(angle)])
+        rotation = np.array([np.cross([0, -1, 0], z), [0, -1, 0], z])
+        Image.fromarray(np.full((96, 128, 3), 90 + 40 * i, np.uint8)).save(folder / f"{i}.png")
+        cameras.append(
+            {
+                "id": i,
+                "width": 128,
+                "height": 96,
+                "intrinsics": {"fx": 150, "fy": 150, "cx": 64, "cy": 48},
+                "rotation": rotation.tolist(),
+                "translation": (-rotation @ (origin - 3 * z)).tolist(),
+                "pictures": f"{i}.png",
+            }
+        )
+    capture = {
+        "fvv_capture": 1,
+        "frame_rate": 25,
+        "frames": {"first": 0, "count": 1},
+        "units": "metres",
+        "up": "+y",
+        "meshes": {"pattern": "m.obj"},
+        "cameras": cameras,
+    }
+    (folder / "capture.json").write_text(json.dumps(capture))
+
+
 def test_map_coordinates(place):
     """A capture in UTM coordinates is the same capture at the origin: float32 has decimetres there."""
-    sphere = trimesh.creation.icosphere(3, 0.6)
-    far = np.array([441548.0, 5121948.0, 2345.0])
-    cameras = {}
-    for name, origin in (("near", np.zeros(3)), ("far", far)):
-        (place / name).mkdir()
-        lines = ["v {:.9f} {:.9f} {:.9f}".format(*v) for v in sphere.vertices + origin]
-        lines += ["f {} {} {}".format(*f) for f in sphere.faces + 1]
-        (place / name / "m.obj").write_text("\n".join(lines) + "\n")
-        cameras = []
-        for i in range(4):
-            angle = i * np.pi / 2
-            z = np.array([-np.cos(angle), 0, -np.sin(angle)])
-            rotation = np.array([np.cross([0, -1, 0], z), [0, -1, 0], z])
-            translation = -rotation @ (origin - 3 * z)
-            Image.fromarray(np.full((96, 128, 3), 90 + 40 * i, np.uint8)).save(place / name / f"{i}.png")
-            cameras.append(
-                {
-                    "id": i,
-                    "width": 128,
-                    "height": 96,
-                    "intrinsics": {"fx": 150, "fy": 150, "cx": 64, "cy": 48},
-                    "rotation": rotation.tolist(),
-                    "translation": translation.tolist(),
-                    "pictures": f"{i}.png",
-                }
-            )
-        capture = {
-            "fvv_capture": 1,
-            "frame_rate": 25,
-            "frames": {"first": 0, "count": 1},
-            "units": "metres",
-            "up": "+y",
-            "meshes": {"pattern": "m.obj"},
-            "cameras": cameras,
-        }
-        (place / name / "capture.json").write_text(json.dumps(capture))
     reports, pictures = [], []
-    for name, origin in (("near", np.zeros(3)), ("far", far)):
+    for name, origin in (("near", np.zeros(3)), ("far", np.array([441548.0, 5121948.0, 2345.0]))):
+        write_sphere(place / name, origin)
         options = ("--visibility", "weight", "--match-colours", "off", "--max-error", "2mm")
         reports.append(figures("fvvmux", name, "-o", f"{name}.fvv", *options))
         pose = ",".join(str(x) for x in (*(origin + [2.4, 0.5, 1.2]), *origin))
@@ -393,3 +402,26 @@ def test_map_coordinates(place):
     assert far["colours"]["not_shown"] == pytest.approx(near["colours"]["not_shown"], abs=0.03)
     assert far["texture_inset"]["length"] == pytest.approx(near["texture_inset"]["length"], abs=1e-3)
     assert far["visibility"]["bits_per_pair"] == pytest.approx(near["visibility"]["bits_per_pair"], rel=0.3)
+
+
+@pytest.mark.parametrize(
+    "mesh, found, advice",
+    [
+        (lambda v: 1000 * v, "all cameras are inside the mesh", "meshes times 0.001 would be in 4 of 4"),
+        (lambda v: 0.01 * v, "pixels at most", "meshes times 100 would be in 4 of 4"),
+        (lambda v: v + (0, 40, 0), "no camera sees the mesh", ""),
+    ],
+)
+def test_meshes_that_do_not_fit_the_cameras(place, mesh, found, advice):
+    write_sphere(place / "c", np.zeros(3), mesh)
+    message = run("fvvmux", "c", "-o", "o.fvv", code=3, warns=True).stderr
+    assert found in message
+    assert advice in message
+    assert ("would be" in message) == bool(advice)
+
+
+def test_axes_that_do_not_fit_the_cameras(place):
+    """The subject stands 5 m from the origin; its mesh has z up, the cameras have y up."""
+    write_sphere(place / "c", np.array([0.0, 5.0, 0.0]), lambda v: np.stack([v[:, 0], -v[:, 2], v[:, 1]], 1))
+    message = run("fvvmux", "c", "-o", "o.fvv", code=3, warns=True).stderr
+    assert "with z up turned to y up (x, z, -y) would be in 4 of 4 pictures" in message

@@ -152,7 +152,6 @@ namespace {
 using render::Vec3;
 
 constexpr uint32_t picture_side = 480; // pixels; enough to see the side of a face
-constexpr double inside_out = 0.5;     // fraction above which it is more likely than not
 
 struct Pixels {
   uint64_t covered = 0, turned_away = 0;
@@ -179,14 +178,14 @@ Pixels look(const geometry::ViewedSurface &body, const geometry::Mesh &mesh, con
   return out;
 }
 
+} // namespace
+
 std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame) {
   std::vector<fvv_camera> out;
   for (const scene::Camera &camera : capture.cameras)
     if (camera.is_calibrated(frame)) out.push_back(camera.calibration_at(frame));
   return out;
 }
-
-} // namespace
 
 WindingChoice choose_winding(const Options &options, const scene::Capture &capture,
                              const std::vector<SampledMesh> &sampled) {
@@ -216,14 +215,14 @@ WindingChoice choose_winding(const Options &options, const scene::Capture &captu
     choice.turned_away = double(all.turned_away) / double(all.covered);
   else if (meshes)
     choice.turned_away = double(negative) / double(meshes);
-  choice.flip = options.winding == Winding::flip ||
-                (options.winding == Winding::automatic && choice.turned_away > inside_out);
+  choice.flip =
+      options.winding == Winding::flip || (options.winding == Winding::automatic && choice.inside_out());
   return choice;
 }
 
 bool warn_of_winding(const Plan &plan) {
   const WindingChoice &choice = plan.winding;
-  if (choice.in_stream() <= inside_out || plan.options.winding == Winding::keep) return false;
+  if (choice.in_stream() <= 0.5 || plan.options.winding == Winding::keep) return false;
   plan.observer.warn(plan.capture.path + ": " +
                      (choice.flip ? "with " + option_name("winding", "flip") + " " : "") +
                      winding_text(choice.in_stream(), choice.by_cameras) + ": the faces are inside out" +

@@ -57,6 +57,13 @@ WindingChoice choose_winding(const Options &options, const scene::Capture &captu
 // The winding of the stream's faces, for people. turned_away: WindingChoice::in_stream().
 std::string winding_text(double turned_away, bool by_cameras);
 
+// The cameras that are calibrated in a frame.
+std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame);
+
+// Warns when no camera sees the meshes because their units, axes or origins differ, with what would make them
+// fit; true if it did. meshes: as in the files. The plan's winding is chosen.
+bool warn_of_coordinates(const Plan &plan, const std::vector<SampledMesh> &meshes);
+
 // Warns when faces are inside out in the stream; true if it did. The plan's winding is chosen.
 bool warn_of_winding(const Plan &plan);
 

@@ -1,0 +1,164 @@
+// Whether meshes and cameras fit each other: one unit, the same axes, one coordinate frame.
+#include "fvv_cxx/format.h"
+#include "fvv_geometry/outline.h"
+#include "fvv_render/vector.h"
+#include "mux/src/choose/choices.h"
+#include "mux/src/terms.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace fvv::mux {
+
+namespace {
+
+constexpr size_t most_places = 2000; // of a mesh that are projected
+constexpr double least_pixels = 4;   // of a picture that a mesh covers along its longer side
+// Of a mesh that fits: the fraction within the picture, and its longer side in those of the picture.
+constexpr double least_within = 0.5, least_side = 0.125, most_side = 1.25;
+constexpr size_t most_candidates = 2; // more tell nothing
+
+using Point = std::array<double, 3>;
+
+struct Candidate {
+  const char *text; // what would have to be done to the meshes
+  Point (*place)(const Point &);
+};
+
+template <int numerator, int denominator> Point scaled(const Point &p) {
+  const double factor = double(numerator) / denominator;
+  return {factor * p[0], factor * p[1], factor * p[2]};
+}
+
+// The frequent mistakes. Units first, because they are the most frequent one.
+constexpr Candidate candidates[] = {
+    {"times 0.001", scaled<1, 1000>},
+    {"times 1000", scaled<1000, 1>},
+    {"times 0.01", scaled<1, 100>},
+    {"times 100", scaled<100, 1>},
+    {"times 0.1", scaled<1, 10>},
+    {"times 10", scaled<10, 1>},
+    {"times 0.0254 (inches)", scaled<254, 10000>},
+    {"times 0.3048 (feet)", scaled<3048, 10000>},
+    {"with z up turned to y up (x, z, -y)",
+     [](const Point &p) {
+       return Point{p[0], p[2], -p[1]};
+     }},
+    {"with y up turned to z up (x, -z, y)",
+     [](const Point &p) {
+       return Point{p[0], -p[2], p[1]};
+     }},
+    {"with y and z the other way round (x, -y, -z)",
+     [](const Point &p) {
+       return Point{p[0], -p[1], -p[2]};
+     }},
+};
+
+// How a camera shows places of a mesh.
+struct View {
+  size_t within = 0; // of the places
+  double side = 0;   // the longer one of their box, in pixels
+};
+
+View look(const fvv_camera &camera, const std::vector<Point> &places) {
+  View out;
+  double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+  for (const Point &place : places) {
+    double pixel[2], depth;
+    if (!fvv_camera_project(&camera, place.data(), pixel, &depth) || !(depth > 0)) continue;
+    for (size_t k = 0; k < 2; k++) {
+      low[k] = std::min(low[k], pixel[k]);
+      high[k] = std::max(high[k], pixel[k]);
+    }
+    out.within += pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera.width && pixel[1] < camera.height;
+  }
+  out.side = std::max({0.0, high[0] - low[0], high[1] - low[1]});
+  return out;
+}
+
+// Of vertices that faces use.
+std::vector<Point> places_of(const geometry::Mesh &mesh) {
+  std::vector<Point> out;
+  const size_t stride = 1 + mesh.faces.size() / most_places;
+  for (size_t i = 0; i < mesh.faces.size(); i += stride) {
+    const double *p = &mesh.positions[3 * size_t(mesh.faces[i])];
+    out.push_back({p[0], p[1], p[2]});
+  }
+  return out;
+}
+
+// The cameras that show most of the mesh in a reasonable size.
+size_t fitting(const std::vector<fvv_camera> &cameras, const std::vector<Point> &places) {
+  return size_t(std::count_if(cameras.begin(), cameras.end(), [&](const fvv_camera &camera) {
+    const View view = look(camera, places);
+    const double side = view.side / std::max(camera.width, camera.height);
+    return double(view.within) >= least_within * double(places.size()) && side >= least_side &&
+           side <= most_side;
+  }));
+}
+
+bool surrounds(const geometry::Mesh &mesh, const std::vector<fvv_camera> &cameras) {
+  const geometry::TypicalBox box = geometry::typical_box(mesh);
+  return std::all_of(cameras.begin(), cameras.end(), [&](const fvv_camera &camera) {
+    double centre[3];
+    fvv_camera_centre(&camera, centre);
+    for (size_t k = 0; k < 3; k++)
+      if (!(centre[k] > box.low[k] && centre[k] < box.high[k])) return false;
+    return true;
+  });
+}
+
+// The candidates that bring the mesh into most pictures, for people; empty: none does, or too many.
+std::string advice_for(const std::vector<fvv_camera> &cameras, const std::vector<Point> &places) {
+  std::string texts;
+  size_t most = 0, equal = 0;
+  for (const Candidate &candidate : candidates) {
+    std::vector<Point> moved;
+    for (const Point &place : places) moved.push_back(candidate.place(place));
+    const size_t count = fitting(cameras, moved);
+    if (!count || count < most) continue;
+    if (count > most) {
+      texts.clear();
+      equal = 0;
+    }
+    texts += (equal++ ? ", or " : "") + std::string(candidate.text);
+    most = count;
+  }
+  if (2 * most < cameras.size() || !equal || equal > most_candidates) return "";
+  return fvv::format("; meshes %s would be in %zu of %zu pictures", texts.c_str(), most, cameras.size());
+}
+
+} // namespace
+
+bool warn_of_coordinates(const Plan &plan, const std::vector<SampledMesh> &sampled) {
+  std::string found, advice;
+  bool inside = false;
+  for (const auto &[number, mesh] : sampled) {
+    const std::vector<fvv_camera> cameras = cameras_at(plan.capture, number);
+    if (cameras.empty() || mesh.faces.empty()) return false;
+    const std::vector<Point> places = places_of(mesh);
+    double largest = 0;
+    for (const fvv_camera &camera : cameras) largest = std::max(largest, look(camera, places).side);
+    // From inside, a body shows backs. A room that was filmed from inside shows fronts.
+    inside = surrounds(mesh, cameras) && plan.winding.by_cameras && plan.winding.inside_out();
+    if (inside)
+      found = "all cameras are inside the mesh and see its back";
+    else if (!plan.winding.by_cameras && largest > 0 && largest < least_pixels)
+      found = fvv::format("the mesh measures %.2g pixels at most in the pictures", largest);
+    else if (!plan.winding.by_cameras)
+      found = "no camera sees the mesh";
+    else
+      return false;
+    if (advice.empty()) advice = advice_for(cameras, places);
+  }
+  if (found.empty()) return false;
+  plan.observer.warn(plan.capture.path + ": " + found +
+                     ": expected meshes and cameras of one unit, with the same axes and origin" + advice +
+                     (inside ? " (surroundings that were filmed from inside: " +
+                                   option_name("winding", "flip") + " turns their faces round)"
+                             : ""));
+  return true;
+}
+
+} // namespace fvv::mux
