@@ -3,7 +3,7 @@
 
 #include "fvv_scene/mesh_file.h"
 
-#include "fvv_compare/measure.h"
+#include "compare/src/measure.h"
 
 #include <algorithm>
 #include <ctime>

@@ -1,4 +1,4 @@
-# cpack -G DEB: three Debian packages of this build (packaging/README.md). Everything that is not marked otherwise is for those who
+# cpack -G DEB: four Debian packages of this build (packaging/README.md). Everything that is not marked otherwise is for those who
 # build against libfvv.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME fvv)
@@ -8,7 +8,7 @@ set(CPACK_PACKAGE_HOMEPAGE_URL https://fvv.example)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL library dev tools)
+set(CPACK_COMPONENTS_ALL library encoder dev tools)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -23,11 +23,17 @@ set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "Streaming file format for free-viewpoin
  libfvv reads and writes fvv streams: meshes, pictures of many cameras, their
  calibration, visibility and sound.")
 
+set(CPACK_DEBIAN_ENCODER_PACKAGE_NAME libfvv-encoder${FVV_SOVERSION})
+set(CPACK_DEBIAN_ENCODER_PACKAGE_SECTION libs)
+set(CPACK_COMPONENT_ENCODER_DESCRIPTION "Streaming file format for free-viewpoint video: an encoder in C
+ libfvv_encoder makes fvv streams of meshes, pictures, masks and sound in
+ memory.")
+
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libfvv-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libfvv${FVV_SOVERSION} (= ${PROJECT_VERSION}), libdraco-dev, libmeshoptimizer-dev")
+  "libfvv${FVV_SOVERSION} (= ${PROJECT_VERSION}), libfvv-encoder${FVV_SOVERSION} (= ${PROJECT_VERSION}), libdraco-dev, libmeshoptimizer-dev")
 # What the C++ libraries beside libfvv need.
 set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS
   "libavcodec-dev, libavformat-dev, libavutil-dev, libswscale-dev, libswresample-dev, libturbojpeg0-dev, libpng-dev, libopenexr-dev, libexpat1-dev, libyaml-cpp-dev, nlohmann-json3-dev")

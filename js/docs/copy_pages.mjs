@@ -69,10 +69,9 @@ export function copyPages(out, references) {
         return relative(page, `pictures/${basename(path)}`) + (isPicture ? "" : "?picture");
       }
       if (statSync(join(root, path)).isDirectory() || !isTextual(path)) return "#in-the-repository";
-      const header = /include\/(?:fvv|fvv_\w+)\/(\w+)\.h$/.exec(path);
-      const described =
-        header && [...references].find((name) => name.endsWith(`/${header[1]}.md`) && name.startsWith("c"));
-      if (described) return relative(page, described);
+      const header = /include\/(fvv|fvv_\w+)\/(\w+)\.h$/.exec(path);
+      const described = header && (header[1] === "fvv" ? `c/${header[2]}.md` : `cpp/${header[1]}/${header[2]}.md`);
+      if (references.has(described)) return relative(page, described);
       sources.add(path);
       return relative(page, `source/${path}.md`);
     };

@@ -276,7 +276,7 @@ TEST_CASE("meshes in memory and streams of the caller are compared as files are"
 
   const std::string stream = make_stream(folder, path_a, "a.fvv", "0.01");
   const fvv::InputFile file(stream);
-  same(Sequence(file), Sequence(path_b), compared(stream, path_b));
+  same(Sequence(file.input(), stream), Sequence(path_b), compared(stream, path_b));
   size_t calls = 0, last = 0;
   Options options;
   options.progress = [&](size_t done, size_t pairs) {
@@ -284,7 +284,7 @@ TEST_CASE("meshes in memory and streams of the caller are compared as files are"
     last = done;
   };
   Result found;
-  fvv::compare::compare(Sequence(file), Sequence(file), options, found);
+  fvv::compare::compare(Sequence(file.input(), stream), Sequence(file.input(), stream), options, found);
   CHECK(last == 3);
 }
 

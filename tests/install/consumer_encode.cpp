@@ -1,4 +1,5 @@
 /* Encodes ten frames of a turning square pyramid, seen by one camera, from arrays in memory to a file. */
+#include <fvv_cxx/error.h>
 #include <fvv_mux/encoder.h>
 
 #include <cmath>
@@ -26,7 +27,7 @@ int main(int argc, char **argv) {
       fvv::mux::Frame frame;
       frame.mesh.positions = {x, y, 0, -y, x, 0, -x, -y, 0, y, -x, 0, 0, 0, -1};
       frame.mesh.faces = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4, 0, 2, 1, 0, 3, 2};
-      frame.pictures = {fvv::media::make_image(64, 48, 3, uint8_t(20 * i))};
+      frame.pictures = {fvv::media::Image{64, 48, 3, std::vector<uint8_t>(64 * 48 * 3, uint8_t(20 * i))}};
       encoder.add(std::move(frame));
     }
     std::printf("%zu frames\n", encoder.finish().frames);

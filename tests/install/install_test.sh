@@ -57,21 +57,42 @@ expect "pkg-config --static" "$work/pc_static" "$by_number"
 by_pkg_config "$prefix" consumer_frames pc_frames
 expect "pkg-config, shared, frames" "$work/pc_frames" "$by_push" "$prefix/$LIBDIR"
 
-# encodes WAY PROGRAM: writes a stream from arrays, which fvvinfo has to call whole.
+# encodes WAY OUTPUT PROGRAM...: writes a stream from arrays, which fvvinfo has to call whole. All have the same bytes.
 encodes() {
-  "$2" "$work/encoded.fvv" > "$work/encoded.txt" 2>&1 || true
-  if [ "$(cat "$work/encoded.txt")" = "10 frames" ] && "$prefix/bin/fvvinfo" --check "$work/encoded.fvv" > "$work/info.txt" 2>&1; then
-    echo "$1: ok"
+  way=$1
+  output=$2
+  shift 2
+  "$@" "$work/encoded.fvv" > "$work/encoded.txt" 2>&1 || true
+  [ -e "$work/first.fvv" ] || cp "$work/encoded.fvv" "$work/first.fvv"
+  if [ "$(cat "$work/encoded.txt")" = "$output" ] && "$prefix/bin/fvvinfo" --check "$work/encoded.fvv" > "$work/info.txt" 2>&1 &&
+    cmp "$work/first.fvv" "$work/encoded.fvv" >> "$work/info.txt" 2>&1; then
+    echo "$way: ok"
   else
-    echo "$1: expected 10 frames and a whole stream; found"
+    echo "$way: expected $output and a whole stream, the same in all ways; found"
     cat "$work/encoded.txt" "$work/info.txt"
     failed=1
   fi
+  rm -f "$work/encoded.fvv"
 }
-encodes "CMake package, component mux" "$work/cmake_default/consumer_encode"
+encodes "CMake package, component mux" "10 frames" "$work/cmake_default/consumer_encode"
 flags=$(PKG_CONFIG_PATH="$prefix/$LIBDIR/pkgconfig" "$PKG_CONFIG" --cflags --libs fvv_mux)
 "$CXX" -std=c++17 -Wall -Wextra "$here/consumer_encode.cpp" -o "$work/pc_encode" $flags
-LD_LIBRARY_PATH=$prefix/$LIBDIR encodes "pkg-config fvv_mux" "$work/pc_encode"
+LD_LIBRARY_PATH=$prefix/$LIBDIR encodes "pkg-config fvv_mux" "10 frames" "$work/pc_encode"
+encodes "CMake package, component encoder, C" "10 frames, 50 vertices" "$work/cmake_default/consumer_encoder"
+flags=$(PKG_CONFIG_PATH="$prefix/$LIBDIR/pkgconfig" "$PKG_CONFIG" --cflags --libs fvv_encoder)
+"$CC" -std=c99 $warnings -Wno-missing-field-initializers "$here/consumer_encoder.c" -o "$work/pc_encoder" $flags -lm
+LD_LIBRARY_PATH=$prefix/$LIBDIR encodes "pkg-config fvv_encoder, C" "10 frames, 50 vertices" "$work/pc_encoder"
+encodes "libfvv_encoder by ctypes" "10 frames" python3 "$here/encoder_ctypes.py" "$prefix/$LIBDIR/libfvv_encoder.so"
+
+# The program of the documentation.
+sed -n '/^```c$/,/^```$/p' "$here/../../docs/guide/encoder-in-c.md" | grep -v '^```' > "$work/clip.c"
+flags=$(PKG_CONFIG_PATH="$prefix/$LIBDIR/pkgconfig" "$PKG_CONFIG" --cflags --libs fvv_encoder)
+"$CC" -std=c99 $warnings "$work/clip.c" -o "$work/clip" $flags -lm
+found=$(cd "$work" && LD_LIBRARY_PATH=$prefix/$LIBDIR ./clip && "$prefix/bin/fvvinfo" --check clip.fvv 2>&1) || found="failed: $found"
+case $found in
+  "50 frames, "*) echo "docs/guide/encoder-in-c.md: ok" ;;
+  *) echo "docs/guide/encoder-in-c.md: expected 50 frames, found $found" && failed=1 ;;
+esac
 
 expect "CMake package, components view and compare" "$work/cmake_default/consumer_view" "a mesh, equal"
 flags=$(PKG_CONFIG_PATH="$prefix/$LIBDIR/pkgconfig" "$PKG_CONFIG" --cflags --libs fvv_view fvv_compare)
@@ -85,6 +106,23 @@ for header in "$prefix"/include/fvv/*.h; do
   "$CXX" -x c++ -std=c++11 $warnings -I"$prefix/include" -fsyntax-only "$work/alone.c"
   echo "$name alone, C99 and C++11: ok"
 done
+
+count=0
+for header in $(cd "$prefix/include" && ls -d fvv_*/*.h); do
+  count=$((count + 1))
+  echo "#include <$header>" > "$work/alone.cpp"
+  "$CXX" -std=c++17 $warnings -I"$prefix/include" -fsyntax-only "$work/alone.cpp"
+  # Of other projects the standard library's alone.
+  if grep '#include' "$prefix/include/$header" | grep -v -e '<[a-z_]*>' -e '"fvv'; then
+    echo "$header: expected headers of fvv and of the standard library, found that"
+    failed=1
+  fi
+  echo "$header alone, C++17: ok"
+done
+if [ $count -gt 8 ] || [ $count -lt 1 ]; then
+  echo "C++ headers: expected at most 8, found $count"
+  failed=1
+fi
 
 found=$("$prefix/bin/fvvinfo" --version)
 if [ "$found" = "fvvinfo $VERSION" ]; then

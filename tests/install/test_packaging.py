@@ -15,7 +15,12 @@ SOURCE = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ["FVV_BUILD"])
 VERSION = re.search(r"project\(fvv VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text()).group(1)
 SERIES = VERSION.rsplit(".", 1)[0]
-PACKAGES = {"library": f"libfvv{SERIES}", "dev": "libfvv-dev", "tools": "fvv-tools"}
+PACKAGES = {
+    "library": f"libfvv{SERIES}",
+    "encoder": f"libfvv-encoder{SERIES}",
+    "dev": "libfvv-dev",
+    "tools": "fvv-tools",
+}
 TOOLS = {"compare", "demux", "import", "info", "mux", "recover", "render", "serve", "synth"}
 
 
@@ -34,7 +39,7 @@ def packages(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def root(packages, tmp_path_factory):
-    """An empty root folder into which all three were unpacked."""
+    """An empty root folder into which all of them were unpacked."""
     folder = tmp_path_factory.mktemp("root")
     for package in packages.values():
         run("dpkg-deb", "-x", package, folder)
@@ -68,6 +73,8 @@ def test_each_file_is_in_one_package_and_below_usr(packages):
     }
     library = {Path(name).name for name, part in owner.items() if part == "library" and "libfvv.so" in name}
     assert library == {f"libfvv.so.{SERIES}", f"libfvv.so.{VERSION}"}
+    encoder = {Path(name).name for name, part in owner.items() if part == "encoder" and ".so" in name}
+    assert encoder == {f"libfvv_encoder.so.{SERIES}", f"libfvv_encoder.so.{VERSION}"}
 
 
 def test_tools_of_an_unpacked_package_work(root, tmp_path):

@@ -429,7 +429,7 @@ TEST_CASE("a report is usable when capture, options and muxer are gone") {
     cli::OutputFile output(options.output, false);
     report.emplace(muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); }));
     output.commit();
-    report->verdict = muxer.verify(InputFile(options.output));
+    report->verdict = muxer.verify(options.output, options.output);
     name = folder.path("in");
   }
   REQUIRE(!fs::exists(name));

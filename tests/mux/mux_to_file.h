@@ -3,7 +3,7 @@
 
 #include "cli/cli.h"
 #include "cli/output.h"
-#include "fvv_mux/mux.h"
+#include "fvv_mux/muxer.h"
 #include "mux/src/encode/encode_job.h"
 #include "mux/src/verify.h"
 
@@ -19,7 +19,7 @@ inline fvv::mux::Report mux_file(const FileOptions &options) {
   fvv::cli::OutputFile output(options.output, options.force);
   fvv::mux::Report report = muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); });
   output.commit();
-  if (options.verify) report.verdict = muxer.verify(fvv::InputFile(options.output));
+  if (options.verify) report.verdict = muxer.verify(options.output, options.output);
   return report;
 }
 

@@ -1,8 +1,8 @@
 // fvvmux: captures whose pictures are videos.
 #include "mux_fixture.h"
 
-#include "fvv_scene/video_match.h"
 #include "make_video.h"
+#include "scene/src/video/video_match.h"
 
 #include <nlohmann/json.hpp>
 

@@ -26,6 +26,8 @@ NOT = "not run: "
 HOW = {
     ("README.md", "./run demo"): ELSEWHERE + "continuous integration itself",
     ("README.md", "cc -std=c99 consumer.c"): ELSEWHERE + "the test of the installation",
+    ("docs/guide/encoder-in-c.md", "#include <fvv/encoder.h>"): ELSEWHERE + "the test of the installation",
+    ("docs/guide/encoder-in-c.md", "cc -std=c99 clip.c"): ELSEWHERE + "the test of the installation",
     ("docs/tools/calibration.md", "fvvimport colmap sparse/0"): EACH_LINE,
     ("docs/tools/calibration.md", "fvvimport capture"): EACH_LINE,
     ("docs/evidence/fuzzing.md", "./run fuzz"): ELSEWHERE + "continuous integration itself",

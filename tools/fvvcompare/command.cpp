@@ -4,6 +4,7 @@
 #include "cli/cli.h"
 #include "cli/output.h"
 #include "fvv_cxx/parallel.h"
+#include "fvv_geometry/surface.h"
 #include "fvvcompare/report.h"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // fvvcompare: how far two sequences of meshes are apart. Argument parsing only.
 #include "cli/cli.h"
 #include "cli/help.h"
+#include "fvv_cxx/range.h"
 #include "fvvcompare/report.h"
 
 #include <CLI/CLI.hpp>

@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 #include "cli/help.h"
 #include "cli/output.h"
+#include "fvv_mux/muxer.h"
 #include "fvv_mux/report.h"
 #include "fvv_mux/segments.h"
 #include "fvv_scene/inputs.h"
@@ -181,7 +182,7 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
   mux::Report report = muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); });
   if (options.verify) {
     progress.emplace("fvvmux: verifying " + outputs.stream, report.frames);
-    report.verdict = muxer.verify(InputFile(output.written(), outputs.stream));
+    report.verdict = muxer.verify(output.written(), outputs.stream);
   }
   progress.reset();
   std::optional<WrittenSegments> segments;

@@ -136,7 +136,7 @@ geometry::Mesh mesh_of(const Mesh &one) {
   return out;
 }
 
-scene::AnyImage picture_of(const py::array &pixels, const std::string &where) {
+media::AnyImage picture_of(const py::array &pixels, const std::string &where) {
   if (pixels.ndim() == 3 && pixels.shape(2) == 3 && has_dense_rows(pixels, 3)) {
     if (has_type<uint8_t>(pixels)) return image_of<uint8_t>(pixels, 3, where);
     if (has_type<uint16_t>(pixels)) return image_of<uint16_t>(pixels, 3, where);

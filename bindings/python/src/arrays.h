@@ -21,7 +21,7 @@ geometry::Mesh mesh_of(const py::tuple &arrays, const std::string &where);
 geometry::Mesh mesh_of(const Mesh &mesh);
 
 // uint8, uint16 or float32 (height, width, 3), rows at any distance.
-scene::AnyImage picture_of(const py::array &pixels, const std::string &where);
+media::AnyImage picture_of(const py::array &pixels, const std::string &where);
 // uint8 or bool (height, width). True is 255.
 media::Image mask_of(const py::array &pixels, const std::string &where);
 // uint8 (vertices,).

@@ -31,7 +31,7 @@ public:
   Side(const py::object &given, const std::string &name) {
     if (py::isinstance<Stream>(given)) {
       clip = given.cast<Stream *>();
-      file.emplace(clip->reading(), clip->name());
+      source = clip->reading();
     } else if (py::isinstance<py::str>(given)) {
       path = py::reinterpret_steal<py::bytes>(PyUnicode_EncodeFSDefault(given.ptr()));
     } else {
@@ -42,7 +42,7 @@ public:
   // Without the GIL.
   void open() {
     if (clip)
-      sequence.emplace(*file, clip->chosen_rung(), &clip->core_limits());
+      sequence.emplace(source, clip->name(), clip->chosen_rung(), &clip->core_limits());
     else if (!meshes.empty())
       sequence.emplace(path, std::move(meshes));
     else
@@ -56,9 +56,9 @@ public:
 
 private:
   Stream *clip = nullptr;
+  fvv_input source = {}; // of clip
   std::string path;
   std::vector<geometry::Mesh> meshes;
-  std::optional<InputFile> file;
   std::optional<compare::Sequence> sequence;
 };
 

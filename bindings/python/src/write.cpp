@@ -4,7 +4,7 @@
 #include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/encoder.h"
-#include "fvv_mux/mux.h"
+#include "fvv_mux/muxer.h"
 #include "fvv_mux/segments.h"
 #include "fvv_scene/inputs.h"
 #include "options.h"
@@ -160,7 +160,7 @@ public:
 
   // The stream, which is in a file now, against the capture.
   void verify(const std::string &path) {
-    guarded([&] { report->verdict = muxer->verify(InputFile(path)); });
+    guarded([&] { report->verdict = muxer->verify(path, path); });
   }
 
   py::object result(const std::string &output) const {
@@ -200,30 +200,31 @@ py::tuple write_segments(const std::string &stream, const py::object &write_file
 // language.
 mux::SoundInput sound_of(const py::dict &given, const std::string &where) {
   mux::SoundInput out;
+  if (!given["read"].is_none()) {
+    out.packets =
+        std::make_shared<const media::SoundPackets>(given["read"].cast<const Sound &>().sound.packets);
+  } else {
+    const auto samples = given["samples"].cast<py::array_t<float, py::array::c_style>>();
+    const std::vector<float> content(samples.data(), samples.data() + samples.size());
+    const auto start = given["start"].cast<double>();
+    const auto channels = uint32_t(samples.shape(1)), bit_rate = given["bit_rate"].cast<uint32_t>();
+    try {
+      const py::gil_scoped_release release;
+      out = mux::sound_of_samples(content, channels, start, bit_rate);
+    } catch (const Error &error) {
+      throw Failure(FVV_ERROR_ARGUMENT, where + ": " + error.what());
+    }
+  }
   out.title = given["title"].cast<std::string>();
   out.language = given["language"].cast<std::string>();
   if (!given["positions"].is_none()) {
     const auto positions = given["positions"].cast<py::array_t<double, py::array::c_style>>();
-    std::vector<scene::Place> places(size_t(positions.size()) / 3);
+    std::vector<std::array<double, 3>> places(size_t(positions.size()) / 3);
     for (size_t i = 0; i < places.size(); i++) std::copy_n(positions.data() + 3 * i, 3, places[i].begin());
     if (positions.ndim() == 1)
       out.position = places.at(0);
     else
       out.per_frame = std::move(places);
-  }
-  if (!given["read"].is_none()) {
-    out.packets = given["read"].cast<const Sound &>().sound.packets;
-    return out;
-  }
-  const auto samples = given["samples"].cast<py::array_t<float, py::array::c_style>>();
-  const std::vector<float> content(samples.data(), samples.data() + samples.size());
-  const auto first = int64_t(std::llround(given["start"].cast<double>() * media::opus_rate));
-  const auto channels = uint32_t(samples.shape(1)), bit_rate = given["bit_rate"].cast<uint32_t>();
-  try {
-    const py::gil_scoped_release release;
-    out.packets = media::encode_sound(content, channels, first, bit_rate);
-  } catch (const Error &error) {
-    throw Failure(FVV_ERROR_ARGUMENT, where + ": " + error.what());
   }
   return out;
 }
@@ -275,7 +276,7 @@ public:
       frame.mesh = mesh_of(mesh.cast<const Mesh &>());
     else if (!mesh.is_none())
       frame.mesh = mesh_of(mesh.cast<py::tuple>(), where + ": mesh");
-    if (pictures) frame.pictures = each<scene::AnyImage>(*pictures, where + ": picture", picture);
+    if (pictures) frame.pictures = each<media::AnyImage>(*pictures, where + ": picture", picture);
     if (masks) frame.masks = each<media::Image>(*masks, where + ": mask", mask_of);
     if (visibility)
       frame.visibility = each<std::vector<uint8_t>>(*visibility, where + ": visibility", weights_of);
@@ -312,7 +313,7 @@ private:
     return out;
   }
 
-  static scene::AnyImage picture(const py::array &pixels, const std::string &where) {
+  static media::AnyImage picture(const py::array &pixels, const std::string &where) {
     return picture_of(pixels, where);
   }
 
@@ -331,7 +332,7 @@ private:
   void check_samples(const mux::Frame &frame, const std::string &where) const {
     static const char *const names[] = {"uint8", "uint16", "floats"};
     const auto wanted = media::with_sample_type(chosen.codec, chosen.bit_depth, [](auto sample) {
-      return scene::AnyImage(media::BasicImage<decltype(sample)>()).index();
+      return media::AnyImage(media::BasicImage<decltype(sample)>()).index();
     });
     for (size_t i = 0; i < frame.pictures.size(); i++) {
       const bool none = std::visit([](const auto &image) { return image.pixels.empty(); }, frame.pictures[i]);

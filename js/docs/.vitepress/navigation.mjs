@@ -26,6 +26,7 @@ const guide = [
   page("The command line", "/guide/command-line"),
   page("Read in Python", "/guide/python"),
   page("Libraries", "/guide/libraries"),
+  page("An encoder in C", "/guide/encoder-in-c"),
   page("In a three.js scene", "/guide/three"),
   page("Live", "/guide/live"),
   page("Write a decoder", "/guide/write-a-decoder"),

@@ -7,17 +7,13 @@ import { basename, dirname, join } from "node:path";
 import { root } from "../sources.mjs";
 
 const LIBRARIES = [
-  ["fvv_mux", "The encoder: from a scene, or from arrays in memory, to a stream."],
-  ["fvv_scene", "Captures: capture.json, mesh files, pictures, calibrations of other programs, frames in memory."],
-  ["fvv_demux", "What a stream shows: whole frames, meshes in metres, pictures of single cameras, sound."],
+  ["fvv_mux", "The encoder: from a capture on disk, or from arrays in memory, to a stream."],
   ["fvv_view", "A frame of a stream drawn from anywhere."],
   ["fvv_compare", "Two sequences of meshes: distances, normals, motion."],
-  ["fvv_recover", "Whole frames of a damaged stream into a new one."],
-  ["fvv_media", "Pictures, video and sound in and out: encoders and decoders."],
-  ["fvv_geometry", "Meshes as surfaces: decimation, hulls, distances, outlines."],
-  ["fvv_render", "The reference rasteriser: depth, visibility, view-dependent pictures."],
-  ["fvv_cxx", "What the C++ libraries share: the exception type, owners of libfvv's objects, threads."],
+  ["fvv_cxx", "What the C++ libraries share: the exception type, meshes and pictures in memory."],
 ];
+// Headers of C beside those of libfvv.
+const IN_C = ["libfvv/mux/include/fvv"];
 
 const NOISE =
   /^\s*(#\s*(ifndef \w+_H|define \w+_H$|include|pragma once|ifdef __cplusplus|endif)|extern "C"|namespace [\w:]+ \{|\} ?\/\/ namespace)/;
@@ -127,13 +123,20 @@ export function parseHeader(text) {
   return { intro, blocks };
 }
 
+// Of C all; of C++ those that are installed.
 function headersOf(library) {
   const short = library.replace(/^fvv_?/, "");
-  const folder = join(root, "libfvv", short, "include", library);
-  return readdirSync(folder)
-    .filter((name) => name.endsWith(".h"))
-    .sort()
-    .map((name) => ({ path: `${library}/${name}`, ...parseHeader(readFileSync(join(folder, name), "utf8")) }));
+  const folders = library === "fvv" ? ["libfvv/include/fvv", ...IN_C] : [`libfvv/${short}/include/${library}`];
+  const rules = library === "fvv" ? "" : readFileSync(join(root, "libfvv", short, "CMakeLists.txt"), "utf8");
+  const installed = /fvv_library\([^)]*HEADERS ((?:\w+\.h\s*)+)/.exec(rules)?.[1].trim().split(/\s+/);
+  return folders
+    .flatMap((folder) => readdirSync(join(root, folder)).map((name) => ({ folder, name })))
+    .filter(({ name }) => name.endsWith(".h") && (library === "fvv" || installed.includes(name)))
+    .sort((a, b) => (a.name < b.name ? -1 : 1))
+    .map(({ folder, name }) => ({
+      path: `${library}/${name}`,
+      ...parseHeader(readFileSync(join(root, folder, name), "utf8")),
+    }));
 }
 
 /** What a header is for: the first sentence of its first comment. */

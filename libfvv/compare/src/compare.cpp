@@ -1,6 +1,6 @@
 // Two sequences compared, frame by frame and as a whole.
-#include "fvv_compare/compare.h"
-
+#include "compare/src/measure.h"
+#include "compare/src/sequence.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_scene/mesh_file.h"
 

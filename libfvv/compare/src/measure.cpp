@@ -1,4 +1,4 @@
-#include "fvv_compare/measure.h"
+#include "compare/src/measure.h"
 
 #include "fvv_geometry/surface.h"
 

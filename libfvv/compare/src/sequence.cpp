@@ -1,13 +1,18 @@
-#include "fvv_compare/sequence.h"
+#include "compare/src/sequence.h"
 
+#include "fvv/stream.h"
+#include "fvv_cxx/input_file.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/rung.h"
 #include "fvv_demux/frame_plan.h"
 #include "fvv_demux/meshes.h"
+#include "fvv_scene/capture.h"
 
 #include <algorithm>
 #include <filesystem>
+#include <mutex>
 #include <numeric>
+#include <set>
 
 namespace fvv::compare {
 
@@ -33,24 +38,55 @@ fvv_rational duration_of(const fvv_scene &scene, const std::string &name) {
 
 } // namespace
 
-Sequence::Sequence(const std::string &path)
+class Sequence::State {
+public:
+  explicit State(const std::string &path);
+  State(std::unique_ptr<InputFile> opened, size_t rung, const fvv_limits *limits);
+  State(const std::string &the_name, std::vector<geometry::Mesh> given);
+
+  geometry::Mesh mesh(size_t i, bool normals) const;
+
+  enum class Kind { capture, stream, memory } kind;
+  std::string name;
+  bool unknown_scale = false;
+  fvv_rational duration = {1, 25};
+  std::vector<std::string> notes;
+  std::vector<Frame> list;
+  scene::Capture capture;
+  bool owns_file = false;
+
+private:
+  void open_stream(size_t rung, const fvv_limits *limits);
+  void open_capture();
+  void number_frames(uint64_t ticks, size_t count, const fvv_limits *limits);
+  geometry::Mesh stream_mesh(const Frame &wanted) const;
+  std::set<int64_t> mesh_times(const fvv_limits *limits) const;
+
+  std::vector<geometry::Mesh> meshes; // in memory
+  std::unique_ptr<InputFile> file;
+  std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream{nullptr, fvv_stream_close};
+  mutable std::mutex one_at_a_time; // a stream's handle is not thread-safe
+  uint16_t track = 0;
+};
+
+Sequence::State::State(const std::string &path)
     : kind(describes_capture(scene::description_file(path)) ? Kind::capture : Kind::stream),
       name(scene::description_file(path)) {
   if (kind == Kind::capture) {
     open_capture();
   } else {
-    own = std::make_unique<InputFile>(name);
-    file = own.get();
+    file = std::make_unique<InputFile>(name);
+    owns_file = true;
     open_stream(0, nullptr);
   }
 }
 
-Sequence::Sequence(const InputFile &input, size_t rung, const fvv_limits *limits)
-    : kind(Kind::stream), name(input.path()), file(&input) {
+Sequence::State::State(std::unique_ptr<InputFile> opened, size_t rung, const fvv_limits *limits)
+    : kind(Kind::stream), name(opened->path()), file(std::move(opened)) {
   open_stream(rung, limits);
 }
 
-Sequence::Sequence(const std::string &the_name, std::vector<geometry::Mesh> given)
+Sequence::State::State(const std::string &the_name, std::vector<geometry::Mesh> given)
     : kind(Kind::memory), name(the_name), meshes(std::move(given)) {
   for (size_t i = 0; i < meshes.size(); i++) {
     meshes[i].texture.clear(); // seams of texture coordinates are no part of the surface
@@ -59,7 +95,7 @@ Sequence::Sequence(const std::string &the_name, std::vector<geometry::Mesh> give
   if (list.empty()) throw Error(name + ": no frame has a mesh");
 }
 
-void Sequence::open_capture() {
+void Sequence::State::open_capture() {
   capture = scene::load_capture(name);
   if (!capture.meshes) throw Error(name + ": the capture has no meshes");
   capture.atlas.reset(); // seams of texture coordinates are no part of the surface
@@ -72,7 +108,7 @@ void Sequence::open_capture() {
   if (list.empty()) throw Error(name + ": no frame has a mesh");
 }
 
-void Sequence::open_stream(size_t rung, const fvv_limits *limits) {
+void Sequence::State::open_stream(size_t rung, const fvv_limits *limits) {
   const fvv_input input = file->input();
   fvv_stream *opened = nullptr;
   fvv_diagnostic diagnostic = {};
@@ -96,7 +132,7 @@ void Sequence::open_stream(size_t rung, const fvv_limits *limits) {
 
 // By their times, so that a missing frame shifts none of those after it. Where the first groups are missing,
 // writers mostly begin at tick 0.
-void Sequence::number_frames(uint64_t ticks, size_t count, const fvv_limits *limits) {
+void Sequence::State::number_frames(uint64_t ticks, size_t count, const fvv_limits *limits) {
   const bool beheaded = fvv_file_group(fvv_stream_file(stream.get()), 0)->sequence > 0;
   if (beheaded) notes.push_back("the first groups are not there: frames are numbered from tick 0");
   const auto start = beheaded ? 0 : uint64_t(fvv_file_group(fvv_stream_file(stream.get()), 0)->start);
@@ -124,7 +160,7 @@ void Sequence::number_frames(uint64_t ticks, size_t count, const fvv_limits *lim
 }
 
 // By the tables of the groups; what cannot be read of them is reported when the frame is compared.
-std::set<int64_t> Sequence::mesh_times(const fvv_limits *limits) const {
+std::set<int64_t> Sequence::State::mesh_times(const fvv_limits *limits) const {
   const fvv_input input = file->input();
   fvv_file *opened = nullptr;
   fvv_diagnostic diagnostic = {};
@@ -141,7 +177,7 @@ std::set<int64_t> Sequence::mesh_times(const fvv_limits *limits) const {
   return times;
 }
 
-geometry::Mesh Sequence::mesh(size_t i, bool normals) const {
+geometry::Mesh Sequence::State::mesh(size_t i, bool normals) const {
   geometry::Mesh mesh = kind == Kind::memory ? meshes[i]
                         : kind == Kind::stream
                             ? stream_mesh(list[i])
@@ -151,12 +187,7 @@ geometry::Mesh Sequence::mesh(size_t i, bool normals) const {
   return mesh;
 }
 
-void Sequence::visit_files(const std::function<void(const std::string &)> &visit) const {
-  if (own) visit(name);
-  if (is_capture()) scene::visit_files(capture, visit);
-}
-
-geometry::Mesh Sequence::stream_mesh(const Frame &wanted) const {
+geometry::Mesh Sequence::State::stream_mesh(const Frame &wanted) const {
   const size_t i = wanted.index;
   const std::string where = name + ": frame " + std::to_string(wanted.number);
   fvv_diagnostic diagnostic = {};
@@ -178,6 +209,42 @@ geometry::Mesh Sequence::stream_mesh(const Frame &wanted) const {
   geometry::Mesh out = demux::in_metres(holder, demux::lattice_of(scene.lattice_origin, scene.lattice_step));
   out.texture.clear(); // no part of the surface either
   return out;
+}
+
+Sequence::Sequence(const std::string &path) : state(std::make_unique<State>(path)) {}
+Sequence::Sequence(const fvv_input &stream, const std::string &name, size_t rung, const fvv_limits *limits)
+    : state(std::make_unique<State>(std::make_unique<InputFile>(stream, name), rung, limits)) {}
+Sequence::Sequence(const std::string &name, std::vector<geometry::Mesh> meshes)
+    : state(std::make_unique<State>(name, std::move(meshes))) {}
+Sequence::~Sequence() = default;
+
+const std::string &Sequence::path() const {
+  return state->name;
+}
+bool Sequence::is_capture() const {
+  return state->kind == State::Kind::capture;
+}
+bool Sequence::is_in_memory() const {
+  return state->kind == State::Kind::memory;
+}
+bool Sequence::scale_unknown() const {
+  return state->unknown_scale;
+}
+fvv_rational Sequence::frame_duration() const {
+  return state->duration;
+}
+const std::vector<std::string> &Sequence::warnings() const {
+  return state->notes;
+}
+const std::vector<Sequence::Frame> &Sequence::frames() const {
+  return state->list;
+}
+geometry::Mesh Sequence::mesh(size_t i, bool normals) const {
+  return state->mesh(i, normals);
+}
+void Sequence::visit_files(const std::function<void(const std::string &)> &visit) const {
+  if (state->owns_file) visit(state->name);
+  if (is_capture()) scene::visit_files(state->capture, visit);
 }
 
 namespace {

@@ -1,4 +1,4 @@
-#include "fvv_cxx/option_name.h"
+#include "fvv_cxx/error.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "fvv_geometry/distance.h"
+#include "geometry/src/distance.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "fvv_geometry/outline.h"
-#include "fvv_geometry/distance.h"
 #include "fvv_render/normals.h"
+#include "geometry/src/distance.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 #include "fvv_geometry/silhouette.h"
-#include "fvv_geometry/distance.h"
+#include "geometry/src/distance.h"
 
 #include <algorithm>
 #include <cmath>

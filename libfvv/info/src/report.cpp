@@ -1,8 +1,8 @@
 // Reading one input, and the two ways to show it.
 #include "fvv_info/report.h"
 
+#include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
-#include "fvv_cxx/option_name.h"
 #include "fvv_cxx/rung.h"
 
 #include <algorithm>

@@ -5,6 +5,7 @@
 #include "fvv/visibility.h"
 #include "fvv_geometry/decimate.h"
 #include "fvv_media/sound.h"
+#include "fvv_media/video.h"
 #include "fvv_mux/encoder.h"
 #include "fvv_mux/options.h"
 #include "fvv_render/colour_match.h"

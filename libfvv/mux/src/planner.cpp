@@ -5,6 +5,7 @@
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_scene/file_io.h"
+#include "fvv_scene/inputs.h"
 #include "mux/src/background.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/choose/sampled_scene.h"

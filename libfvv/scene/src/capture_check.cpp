@@ -2,8 +2,8 @@
 #include "fvv_cxx/input_file.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/picture_source.h"
-#include "fvv_scene/video_match.h"
 #include "scene/src/gltf/container.h"
+#include "scene/src/video/video_match.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -4,7 +4,7 @@
 #include "fvv_media/packed_image.h"
 #include "fvv_media/video_file.h"
 #include "fvv_scene/memory_frames.h"
-#include "fvv_scene/video_match.h"
+#include "scene/src/video/video_match.h"
 
 #include <algorithm>
 #include <atomic>

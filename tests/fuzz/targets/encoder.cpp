@@ -3,6 +3,7 @@
 #include "../fuzz.h"
 
 #include "fvv/stream.h"
+#include "fvv_media/image.h"
 #include "fvv_mux/encoder.h"
 
 #include <algorithm>

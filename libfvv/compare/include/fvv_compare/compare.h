@@ -1,15 +1,83 @@
-// Two sequences compared, frame by frame and as a whole.
+// How far two sequences of meshes are apart, frame by frame and as a whole. docs/tools/fvvcompare.md has the
+// formulas and their sources.
 #pragma once
 
-#include "fvv_compare/measure.h"
-#include "fvv_compare/sequence.h"
+#include "fvv/types.h"
+#include "fvv_cxx/values.h"
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace fvv::compare {
+
+// A capture, a stream or meshes in memory as a sequence of surfaces in one unit.
+class Sequence {
+public:
+  // path: a capture.json (any name that ends in .json), the folder of one, or a stream. Throws Error when it
+  // cannot be opened or holds no meshes.
+  explicit Sequence(const std::string &path);
+  // A stream. name: in messages. stream, its reader and limits (NULL: defaults) live as long as this object,
+  // and one thread at a time reads. rung: of a ladder of quality.
+  Sequence(const fvv_input &stream, const std::string &name, size_t rung = 0,
+           const fvv_limits *limits = nullptr);
+  // Meshes in memory, numbered from 0, in the unit and of the frame rate of what they are compared with. Each
+  // is valid (fvv_cxx/values.h); texture coordinates are ignored. name: in messages.
+  Sequence(const std::string &name, std::vector<geometry::Mesh> meshes);
+  ~Sequence();
+  Sequence(const Sequence &) = delete;
+  Sequence &operator=(const Sequence &) = delete;
+
+  const std::string &path() const;
+  bool is_capture() const;
+  bool is_in_memory() const;
+  bool scale_unknown() const;
+  fvv_rational frame_duration() const; // seconds, in lowest terms; not of memory
+  // Warnings, a sentence each: damage, times between frames.
+  const std::vector<std::string> &warnings() const;
+
+  struct Frame {
+    int64_t number; // in file names of a capture; of a stream its place
+    int64_t place;  // frame durations since the beginning
+    size_t index;   // of a stream
+  };
+  // Those that have a mesh; both numbers rise.
+  const std::vector<Frame> &frames() const;
+
+  // Positions in metres, or units of the source when the scale is unknown. i: index in frames(). Throws
+  // Error, also when the frame has no mesh or an empty one. With the normals that a stream or the memory has;
+  // with those of a capture's file, if it has some and they are requested. Several threads may call it.
+  geometry::Mesh mesh(size_t i, bool normals = false) const;
+
+  // Calls visit with the path of every file that this object opened or opens.
+  void visit_files(const std::function<void(const std::string &)> &visit) const;
+
+private:
+  class State;
+  std::unique_ptr<State> state;
+};
+
+struct FramePair {
+  size_t a, b; // indices in Sequence::frames()
+};
+
+struct Figures {
+  double rms = 0, mean = 0, p99 = 0, max = 0;
+};
+
+// Which points D1 and D2 are measured at: the vertices, or these and the samples of the surface.
+enum class Points { vertices, samples };
+
+// Of one frame against the one before it, over all vertices of B that faces use.
+struct MotionError {
+  double rms = 0, max = 0; // |motion of B - motion of A|
+  double motion = 0;       // rms motion of A, to compare with
+};
 
 constexpr size_t default_samples = 50000;
 

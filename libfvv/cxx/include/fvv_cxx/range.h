@@ -1,17 +1,13 @@
 // Numbers from one to another, as users of all tools write them.
 #pragma once
 
-#include <cstdint>
+#include "fvv_cxx/values.h"
+
 #include <optional>
 #include <string>
 #include <string_view>
 
 namespace fvv {
-
-// Both ends included; 0 <= first <= last <= 2147483647.
-struct Range {
-  int64_t first, last;
-};
 
 // "10-19", "10..19", or "10" alone. Nothing for other text.
 std::optional<Range> scan_range(std::string_view text);

@@ -1,27 +1,12 @@
-// Triangle meshes as arrays, and the lattice that the meshes of a stream lie on.
+// Checks and changes of triangle meshes (Mesh of fvv_cxx/values.h), and the lattice that the meshes of a
+// stream lie on.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
+#include "fvv_cxx/values.h"
+
 #include <string>
-#include <vector>
 
 namespace fvv::geometry {
-
-// positions: x y z of each vertex, in metres, or in the unit of the file that they come from. faces: 3 vertex
-// indices per triangle, each below the number of vertices, counter-clockwise seen from outside. texture:
-// empty, or u v of each vertex on the axes of fvv.md clause 8.6: (0, 0) is the top left corner of the atlas
-// picture, v points down. normals: empty, or x y z of each vertex, of any length; at hard edges there is a
-// vertex for each side.
-struct Mesh {
-  std::vector<double> positions;
-  std::vector<uint32_t> faces;
-  std::vector<double> texture = {};
-  std::vector<double> normals = {};
-
-  size_t vertex_count() const { return positions.size() / 3; }
-  size_t face_count() const { return faces.size() / 3; }
-};
 
 // Points origin + step * index (fvv/mesh.h), in metres.
 struct Lattice {

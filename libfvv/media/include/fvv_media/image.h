@@ -4,6 +4,7 @@
 #pragma once
 
 #include "fvv_cxx/error.h"
+#include "fvv_cxx/values.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -15,21 +16,8 @@ namespace fvv::media {
 // Largest width or height that is read or written, as the default of fvv_limits.max_dimension.
 constexpr uint32_t max_dimension = 16384;
 
-// Rows from top to bottom, channels interleaved, no padding: pixels.size() is width * height * channels.
-// White is the largest number of SampleType, so that 8 bits become 16 by times 257. Templates over SampleType
-// exist for uint8_t, uint16_t and, but for PNG, float; uint8_t is the default where no argument determines
-// it.
-template <class SampleType> struct BasicImage {
-  using Value = SampleType;
-  uint32_t width = 0, height = 0;
-  int channels = 0; // 1: grey, 3: RGB
-  std::vector<SampleType> pixels;
-};
-using Image = BasicImage<uint8_t>;
-// For pictures of more than 8 bits.
-using DeepImage = BasicImage<uint16_t>;
-// For light beyond white: linear, 1.0 for white, any finite value. Scaled, cropped and compared as such.
-using LinearImage = BasicImage<float>;
+// Templates over SampleType of BasicImage (fvv_cxx/values.h) exist for uint8_t, uint16_t and, but for PNG,
+// float; uint8_t is the default where no argument determines it.
 
 // A picture of one value. Error when a side is 0 or above max_dimension or channels is not 1 or 3.
 template <class SampleType = uint8_t>

@@ -1,16 +1,23 @@
 // From arrays in memory to a stream: frames are pushed one after the other, and the bytes of a group are
 // passed on as soon as its last frame is there. Live sources and bindings use it; captures on disk go through
-// Muxer (mux.h).
+// Muxer (muxer.h). fvv/encoder.h is the same in C.
 #pragma once
 
-#include "fvv_media/image.h"
-#include "fvv_media/sound.h"
+#include "fvv/calibration.h"
+#include "fvv/video.h"
+#include "fvv_cxx/values.h"
 #include "fvv_mux/options.h"
 #include "fvv_mux/report.h"
-#include "fvv_scene/memory_frames.h"
-#include "fvv_scene/sound_source.h"
 
+#include <array>
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fvv::media {
+struct SoundPackets; // internal
+}
 
 namespace fvv::mux {
 
@@ -21,20 +28,30 @@ struct CameraInput {
   bool pictures = true; // every frame has a picture of it, of the calibration's size
   bool masks = false;   // and a mask: what is above 127 shows the scene
   bool moves = false;   // every frame has a calibration of its own
-  // Every frame with a mesh says which vertices it sees. Else that is found by rays.
+  // If set, frames provide per-vertex visibility; otherwise it is ray cast.
   bool visibility = false;
 };
 
-// A recording, as packets of Opus or AAC-LC: load_sound and encode_sound of fvv_media/sound.h make them.
+// A recording: sound_of_samples() and sound_of_file() make it.
 struct SoundInput {
-  media::SoundPackets packets; // times from frame 0
+  std::shared_ptr<const media::SoundPackets> packets; // of Opus or AAC-LC; times from frame 0
   std::string title = "";
   std::string language = ""; // BCP 47
   // Where it is heard from, in metres; nothing: everywhere. per_frame: of a source that moves, for every
   // frame that is added.
-  std::optional<scene::Place> position = {};
-  std::vector<scene::Place> per_frame = {};
+  std::optional<std::array<double, 3>> position = {};
+  std::vector<std::array<double, 3>> per_frame = {};
 };
+
+// Interleaved samples at 48 kHz, full scale 1, encoded as Opus. start: time of the first sample, in seconds
+// after frame 0; may be negative. bit_rate: bits a second; 0: 64,000 for one channel, 96,000 for two, 48,000
+// more for each further one. Throws Error (usage) for channels, bit rates and samples that Opus does not
+// take.
+SoundInput sound_of_samples(const std::vector<float> &samples, uint32_t channels, double start = 0,
+                            uint32_t bit_rate = 0);
+// The first sound of a file, which begins with frame 0. Packets of Opus and AAC-LC are kept, other sound is
+// encoded as Opus. Throws Error.
+SoundInput sound_of_file(const std::string &path);
 
 // A video track whose samples come encoded with the frames, from cameras or a GPU, and are sent as they are.
 struct EncodedTrack {
@@ -61,12 +78,12 @@ struct Configuration {
 // elements, and arrays without any element may be left out.
 struct Frame {
   geometry::Mesh mesh; // metres; without vertices and faces: the stage is empty
-  std::vector<scene::AnyImage>
-      pictures; // RGB; samples of 8 bits, of 16 bits for Options::bit_depth 10, or float for OpenEXR
+  // RGB; samples of 8 bits, of 16 bits for Options::bit_depth 10, or float for OpenEXR.
+  std::vector<media::AnyImage> pictures;
   std::vector<media::Image> masks;      // one channel
   std::vector<fvv_camera> calibrations; // of this frame; used of cameras that move
-  // Of each of Configuration::encoded: a still's whole file, else a sample as MP4 has it that shows this
-  // frame, a key frame of the codec where a group begins.
+  // Of each of Configuration::encoded: a still image file, or one MP4 sample for this frame; a key frame of
+  // the codec where a group begins.
   std::vector<std::vector<uint8_t>> samples = {};
   // Of each camera, for each vertex of mesh, how much of the surface around it the camera sees: 0 nothing,
   // 255 all of it; from 128 on a vertex counts as seen. The stream's vertices may be fewer or others: each
@@ -81,7 +98,8 @@ struct Frame {
 // bytes depend on configuration, options other than threads, and frames.
 class Encoder {
 public:
-  // options: capture, frames and cameras are not used. sink is called by add() and finish() on their thread.
+  // What options say of a capture on disk (capture, inputs, frames, cameras, verify) has no effect. sink is
+  // called by add() and finish() on their thread.
   // Throws Error for options that do not fit the configuration.
   Encoder(const Configuration &configuration, const Options &options, const Sink &sink,
           const Observer &observer = {});

@@ -3,8 +3,7 @@
 
 #include "fvv/video.h"
 #include "fvv_cxx/error.h"
-#include "fvv_cxx/range.h"
-#include "fvv_scene/inputs.h"
+#include "fvv_cxx/values.h"
 
 #include <array>
 #include <cstdint>

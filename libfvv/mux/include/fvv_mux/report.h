@@ -4,7 +4,7 @@
 #pragma once
 
 #include "fvv/types.h"
-#include "fvv_cxx/option_name.h"
+#include "fvv_cxx/error.h"
 
 #include <array>
 #include <cmath>
@@ -351,8 +351,7 @@ struct Report : MeshSums {
   size_t tile_track_count() const;
 };
 
-// output: the name of the stream, for people. Options in reasons are spelled as users of a language know
-// them.
+// output: the name of the stream, for people. spelling: of options that reasons name.
 std::string report_text(const Report &report, const std::string &output, Spelling spelling = Spelling::plain);
 
 // A document of spec/fvvmux.schema.json.

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "fvv_cxx/input_file.h"
-#include "fvv_mux/mux.h"
+#include "fvv_mux/options.h"
 
 namespace fvv::mux {
 

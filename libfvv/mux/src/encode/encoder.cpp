@@ -1,4 +1,6 @@
 #include "fvv_mux/encoder.h"
+#include "fvv_media/video.h"
+#include "fvv_scene/memory_frames.h"
 #include "mux/src/encode/encode_job.h"
 #include "mux/src/options/option_values.h"
 #include "mux/src/sound/sound.h"
@@ -135,12 +137,31 @@ struct Encoder::State {
     throw Error("frame " + std::to_string(added) + ": " + what);
   }
 
-  void check_picture(size_t i, uint32_t width, uint32_t height, const char *kind) const {
+  template <class Sample>
+  void check_picture(size_t i, const media::BasicImage<Sample> &image, int channels, const char *kind) const {
     const fvv_camera &camera = configuration.cameras[i].calibration;
-    if (width != camera.width || height != camera.height)
-      refuse("camera " + std::to_string(camera.id) + ": expected a " + kind + " of " +
-             std::to_string(camera.width) + "x" + std::to_string(camera.height) + " pixels, found " +
-             std::to_string(width) + "x" + std::to_string(height));
+    const std::string which = "camera " + std::to_string(camera.id) + ": expected a " + kind;
+    if (image.width != camera.width || image.height != camera.height)
+      refuse(which + " of " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+             " pixels, found " + std::to_string(image.width) + "x" + std::to_string(image.height));
+    const size_t samples = size_t(image.width) * image.height * size_t(channels);
+    if (image.channels != channels || image.pixels.size() != samples)
+      refuse(which + " of " + std::to_string(channels) + (channels == 1 ? " channel" : " channels") +
+             " with " + std::to_string(samples) + " samples, found " + std::to_string(image.channels) +
+             " with " + std::to_string(image.pixels.size()));
+  }
+
+  // The picture of a camera has the samples that the codec and its bit depth need.
+  void check_picture(size_t i, const media::AnyImage &picture) const {
+    std::visit([&](const auto &image) { check_picture(i, image, 3, "picture"); }, picture);
+    static const char *const names[] = {"8 bits", "16 bits", "linear light"};
+    const size_t wanted = media::with_sample_type(options.codec, options.bit_depth, [](auto sample) {
+      return media::AnyImage(media::BasicImage<decltype(sample)>()).index();
+    });
+    if (picture.index() != wanted)
+      refuse("camera " + std::to_string(configuration.cameras[i].calibration.id) +
+             ": expected a picture with samples of " + names[wanted] +
+             " for the codec and its bit depth, found " + names[picture.index()]);
   }
 
   // What the tracks have of a frame.
@@ -193,11 +214,10 @@ struct Encoder::State {
     for (size_t i = 0; i < cameras.size(); i++) {
       if (cameras[i].pictures) {
         if (frame.pictures.empty()) refuse("expected pictures");
-        std::visit([&](const auto &image) { check_picture(i, image.width, image.height, "picture"); },
-                   frame.pictures[i]);
+        check_picture(i, frame.pictures[i]);
         if (cameras[i].masks) {
           if (frame.masks.empty()) refuse("expected masks");
-          check_picture(i, frame.masks[i].width, frame.masks[i].height, "mask");
+          check_picture(i, frame.masks[i], 1, "mask");
         }
       }
       if (cameras[i].visibility && has_mesh(frame)) {

@@ -64,6 +64,27 @@ std::string seconds_text(double seconds) {
 
 } // namespace
 
+SoundInput sound_of_samples(const std::vector<float> &samples, uint32_t channels, double start,
+                            uint32_t bit_rate) {
+  const double first = start * media::opus_rate;
+  if (!(std::abs(first) < 1e15))
+    throw Error("sound: start: expected seconds, found " + std::to_string(start), Error::usage);
+  try {
+    SoundInput out;
+    out.packets = std::make_shared<const media::SoundPackets>(
+        media::encode_sound(samples, channels, int64_t(std::llround(first)), bit_rate));
+    return out;
+  } catch (const Error &error) {
+    throw Error(error.what(), Error::usage);
+  }
+}
+
+SoundInput sound_of_file(const std::string &path) {
+  SoundInput out;
+  out.packets = std::make_shared<const media::SoundPackets>(media::load_sound(path, {}));
+  return out;
+}
+
 std::vector<scene::SoundSource> sounds_of(const std::vector<SoundInput> &inputs) {
   if (inputs.size() > scene::max_sounds)
     throw Error("encoder: expected at most " + std::to_string(scene::max_sounds) + " sounds, found " +
@@ -77,8 +98,8 @@ std::vector<scene::SoundSource> sounds_of(const std::vector<SoundInput> &inputs)
     sound.language = input.language;
     sound.position = input.position;
     for (size_t i = 0; i < input.per_frame.size(); i++) sound.per_frame[int64_t(i)] = input.per_frame[i];
-    sound.memory = std::make_shared<const media::SoundPackets>(input.packets);
-    if (input.packets.packets.empty())
+    sound.memory = input.packets;
+    if (!input.packets || input.packets->packets.empty())
       throw Error("encoder: " + sound.file + ": expected packets, found none", Error::usage);
     if (!input.language.empty() && !scene::is_language(input.language))
       throw Error("encoder: " + sound.file + ": language: expected a tag such as en or pt-BR, found " +

@@ -2,24 +2,10 @@
 // docs/tools/fvvmux-inputs.md has what users read.
 #pragma once
 
+#include "fvv_cxx/values.h"
 #include "fvv_scene/capture.h"
 
 namespace fvv::scene {
-
-// What options say in place of a capture.json; empty: nothing.
-struct Inputs {
-  // Patterns of spec/capture.md, relative to the working folder; of pictures and masks with {name} or {id} of
-  // the camera. A name of the atlas, of pictures or masks that ends in .mp4, .mov, .mkv, .webm or .avi is a
-  // video, which begins with the first frame. atlas: also "embedded", the pictures that glTF and OBJ files
-  // bring, or "none"; absent: embedded, where there are such pictures and no cameras.
-  std::string meshes, atlas, pictures, masks;
-  std::optional<fvv_rational> frame_duration; // seconds; else 1/25
-  // As in capture.json. Default: those of glTF where meshes are glTF and there is no calibration, else
-  // unknown.
-  std::string units, up;
-
-  bool is_given() const;
-};
 
 // The capture that a user gave: capture.json or its folder; or the folder of a COLMAP model, or one with the
 // transforms.json of nerfstudio, and the inputs; or an empty name, and the inputs alone. Throws Error: also

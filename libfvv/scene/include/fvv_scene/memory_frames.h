@@ -8,20 +8,16 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <variant>
 #include <vector>
 
 namespace fvv::scene {
-
-// RGB of 8 or 16 bits, or linear light; empty: there is none.
-using AnyImage = std::variant<media::Image, media::DeepImage, media::LinearImage>;
 
 // Frames by number, for several threads.
 class MemoryFrames {
 public:
   struct Frame {
     geometry::Mesh mesh;
-    std::vector<AnyImage> pictures;          // of each camera
+    std::vector<media::AnyImage> pictures;   // RGB of each camera
     std::vector<media::Image> masks;         // of each camera, one channel
     std::vector<media::Sample> samples = {}; // of each video track that was encoded before
     // Of each camera and vertex, how much of the surface around it is seen, 0 to 255; none: not known.

@@ -5,24 +5,11 @@
 #include "fvv_demux/selection.h"
 #include "fvv_render/view.h"
 #include "fvv_view/frame.h"
+#include "fvv_view/view.h"
 
 #include <optional>
 
 namespace fvv::view {
-
-struct Size {
-  uint32_t width, height; // pixels
-};
-
-// One of camera, calibration and pose.
-struct Target {
-  std::optional<uint16_t> camera;        // of the stream, with its lens
-  std::optional<fvv_camera> calibration; // valid, with its lens
-  std::vector<double> pose;              // eye, the point looked at, and maybe up: 6 or 9 numbers, metres
-  std::optional<double> focal;           // pixels, with pose only; default: the width, 53 degrees across
-  std::optional<Size> size;              // none: the camera's, or default_width x default_height
-};
-constexpr uint32_t default_width = 960, default_height = 540;
 
 struct Options {
   Target target;

@@ -1,11 +1,11 @@
 // From a capture to a stream.
 #pragma once
 
-#include "fvv_cxx/input_file.h"
 #include "fvv_mux/options.h"
 #include "fvv_mux/report.h"
 
 #include <memory>
+#include <string>
 
 namespace fvv::mux {
 
@@ -28,8 +28,8 @@ public:
   // missing or does not decode, when a mesh is not that of the source, when a picture is more than 10 dB
   // worse than the sample by which the quality was judged, or not exact where it is lossless, when a camera
   // projects elsewhere, when visibility is not what the camera sees of the mesh that was read, when sound or
-  // environment are not those of the capture.
-  Verdict verify(const InputFile &file) const;
+  // environment are not those of the capture. shown: what messages call the file.
+  Verdict verify(const std::string &path, const std::string &shown) const;
 
 private:
   struct State;

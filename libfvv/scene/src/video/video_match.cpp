@@ -1,4 +1,4 @@
-#include "fvv_scene/video_match.h"
+#include "scene/src/video/video_match.h"
 
 #include <algorithm>
 #include <cmath>

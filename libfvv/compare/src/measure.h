@@ -3,18 +3,14 @@
 // thread.
 #pragma once
 
+#include "fvv_compare/compare.h"
 #include "fvv_geometry/surface.h"
-#include "fvv_scene/mesh_file.h"
 
 #include <cstdint>
 #include <map>
 #include <vector>
 
 namespace fvv::compare {
-
-struct Figures {
-  double rms = 0, mean = 0, p99 = 0, max = 0;
-};
 
 // Counts in bins whose width is at most 2^-10 of their values (the first bits of a double), so that those of
 // many frames can be added in any order and kept in little memory.
@@ -43,9 +39,6 @@ private:
   Histogram bins;
 };
 
-// Which points D1 and D2 are measured at: the vertices, or these and the samples of the surface.
-enum class Points { vertices, samples };
-
 // From one surface to the other, lengths as positions have them.
 struct DirectedErrors {
   Spread distance;       // point to surface, of the samples
@@ -70,11 +63,6 @@ struct Correspondence {
 };
 Correspondence correspondence(const geometry::Mesh &a, const geometry::Mesh &b);
 
-// Of one frame against the one before it, over all vertices of B that faces use.
-struct MotionError {
-  double rms = 0, max = 0; // |motion of B - motion of A|
-  double motion = 0;       // rms motion of A, to compare with
-};
 // The meshes of both frames have the faces that match was made for.
 MotionError motion_error(const geometry::Mesh &a_before, const geometry::Mesh &a,
                          const geometry::Mesh &b_before, const geometry::Mesh &b,

@@ -1,5 +1,5 @@
 // Frames from memory: what the encoder writes is whole, holds what was pushed, and comes a group at a time.
-#include "mux_fixture.h"
+#include "../mux_fixture.h"
 
 #include "fvv_cxx/owned.h"
 #include "fvv_demux/frame_plan.h"
@@ -533,8 +533,8 @@ TEST_CASE("sound of the configuration is in the groups that it falls into") {
   mux::Configuration configuration = two_cameras();
   std::vector<float> samples(48000);
   for (size_t i = 0; i < samples.size(); i++) samples[i] = float(0.5 * std::sin(double(i) * 0.05));
-  configuration.sounds.push_back({media::encode_sound(samples, 1, 4 * 1920), "tone", "en"});
-  configuration.sounds.push_back({configuration.sounds[0].packets, "", "", scene::Place{1, 2, 3}});
+  configuration.sounds.push_back({mux::sound_of_samples(samples, 1, 0.16).packets, "tone", "en"});
+  configuration.sounds.push_back({configuration.sounds[0].packets, "", "", std::array<double, 3>{1, 2, 3}});
   std::string bytes;
   std::vector<std::string> warnings;
   mux::Observer observer;
@@ -560,7 +560,7 @@ TEST_CASE("sound of the configuration is in the groups that it falls into") {
   warnings.clear();
   run(40);
   CHECK(warnings.empty());
-  configuration.sounds[0].packets.packets.clear();
+  configuration.sounds[0].packets = nullptr;
   CHECK_THROWS_WITH(run(1), "encoder: sound 0: expected packets, found none");
   configuration.sounds.erase(configuration.sounds.begin());
   configuration.sounds[0].per_frame = {{0, 0, 0}};

@@ -1,4 +1,5 @@
-#include "fvv_mux/mux.h"
+#include "fvv_mux/muxer.h"
+#include "fvv_cxx/input_file.h"
 #include "mux/src/encode/encode_job.h"
 #include "mux/src/verify.h"
 
@@ -33,8 +34,8 @@ Report Muxer::run(const Sink &sink) {
   return report;
 }
 
-Verdict Muxer::verify(const InputFile &file) const {
-  return mux::verify(state->plan, state->decisions, state->origins, file);
+Verdict Muxer::verify(const std::string &path, const std::string &shown) const {
+  return mux::verify(state->plan, state->decisions, state->origins, InputFile(path, shown));
 }
 
 } // namespace fvv::mux
