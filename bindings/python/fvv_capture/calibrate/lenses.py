@@ -21,6 +21,8 @@ COEFFICIENTS = {"radtan5": 5, "radtan8": 8, "fisheye": 4}
 FEWEST_VIEWS = 6
 #: Views of a first estimate; more take longer, and the adjustment uses all.
 MOST_VIEWS = 40
+#: Estimates that begin where the one before ended, as long as each lessens the error by this part.
+MOST_RESTARTS, RESTART_GAIN = 8, 1e-3
 #: A lens with more coefficients must leave this part of the held-out error, or less.
 WORTH = 0.95
 #: Corners this many times the median distance off are outliers of a first estimate, if they are this many pixels off.
@@ -181,8 +183,8 @@ def estimate(model: str, board: Board, views: list[Corners], size: tuple[int, in
                 | fisheye_flag("CALIB_USE_INTRINSIC_GUESS")
             )
             _, matrix, found, _, _ = cv2.fisheye.calibrate(
-                [one.astype(float) for one in points],
-                [one.astype(float) for one in pixels],
+                [one.astype(float).reshape(1, -1, 3) for one in points],  # in a row: 5.0 refuses columns
+                [one.astype(float).reshape(1, -1, 2) for one in pixels],
                 size,
                 guess,
                 numpy.zeros(4),
@@ -191,7 +193,15 @@ def estimate(model: str, board: Board, views: list[Corners], size: tuple[int, in
             )
         else:
             flags = cv2.CALIB_RATIONAL_MODEL if model == "radtan8" else 0
-            _, matrix, found, _, _ = cv2.calibrateCamera(points, pixels, size, None, None, flags=flags)
+            rms, matrix, found, _, _ = cv2.calibrateCamera(points, pixels, size, None, None, flags=flags)
+            # OpenCV 5 may stop far from the minimum of a rational lens, whatever its criteria; from there it goes on.
+            for _ in range(MOST_RESTARTS):
+                before = rms
+                rms, matrix, found, _, _ = cv2.calibrateCamera(
+                    points, pixels, size, matrix, found, flags=flags | cv2.CALIB_USE_INTRINSIC_GUESS
+                )
+                if rms > (1 - RESTART_GAIN) * before:
+                    break
     except cv2.error as error:
         raise Error(f"OpenCV finds no {model} lens for {len(views)} views: {reason(error)}") from error
     parameters = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]]

@@ -48,7 +48,7 @@ LENSES = [
     (-0.25, 0.12, 0.0, 0.0, -0.02),
     (-0.15, 0.05, 0.001, -0.0005, 0.0),
 ]
-FRAMES = 36
+FRAMES = 48
 #: The last frame of the walk: the board lies on the floor.
 FLOOR = FRAMES - 1
 
