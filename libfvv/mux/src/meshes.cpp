@@ -72,6 +72,17 @@ MeshLoader::MeshLoader(const Plan &plan, const DecimationChoice &decimation, con
     : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups),
       has_constant_topology(plan.has_constant_topology), normals(plan.normals.bits != 0) {}
 
+void MeshLoader::extend(const Plan &plan) {
+  capture.frames = plan.capture.frames;
+  capture.empty = plan.capture.empty;
+  for (size_t i = 0; i < capture.cameras.size(); i++) {
+    auto &known = capture.cameras[i].per_frame;
+    const auto &all = plan.capture.cameras[i].per_frame;
+    known.insert(known.empty() ? all.begin() : all.upper_bound(known.rbegin()->first), all.end());
+  }
+  spans = plan.groups;
+}
+
 void MeshLoader::forget(size_t group) {
   const std::lock_guard<std::mutex> lock(mutex);
   groups.erase(group);

@@ -68,12 +68,8 @@ public:
   // Several threads may call it. Throws Error.
   geometry::Mesh load(size_t i, scene::MeshReport *report, std::optional<decimate::Report> &decimation) const;
 
-  // Takes over the frames and groups of the plan. Not while other threads call load().
-  void extend(const Plan &plan) {
-    capture.frames = plan.capture.frames;
-    capture.empty = plan.capture.empty;
-    spans = plan.groups;
-  }
+  // Takes over the frames, groups and calibrations of the plan. Not while other threads call load().
+  void extend(const Plan &plan);
 
   // Frees what is known of a group. load() finds it out again, should it be called for one of its frames.
   void forget(size_t group);

@@ -52,6 +52,21 @@ mux::Frame frame_of(int i, uint32_t side) {
   return frame;
 }
 
+// 1 m wide and high, 20 by 20 squares.
+geometry::Mesh wavy_sheet() {
+  geometry::Mesh mesh;
+  const uint32_t side = 21;
+  for (uint32_t y = 0; y < side; y++)
+    for (uint32_t x = 0; x < side; x++) {
+      mesh.positions.insert(mesh.positions.end(), {x * 0.05 - 0.5, y * 0.05 - 0.5, 0.02 * std::sin(x * 0.5)});
+      if (!x || !y) continue;
+      const uint32_t last = y * side + x, above = last - side;
+      for (const uint32_t corner : {last, last - 1, above, above, last - 1, above - 1})
+        mesh.faces.push_back(corner);
+    }
+  return mesh;
+}
+
 mux::Options jpeg_options() {
   mux::Options options;
   options.codec = FVV_CODEC_JPEG;
@@ -314,6 +329,30 @@ TEST_CASE("a camera that moves in every frame keeps its calibrations over all gr
     REQUIRE(fvv_camera_project(&got, at, found, nullptr) == 1);
     CAPTURE(i);
     CHECK(std::hypot(wanted[0] - found[0], wanted[1] - found[1]) < 0.05);
+  }
+}
+
+TEST_CASE("a mesh is decimated for where a moving camera is in its group") {
+  mux::Configuration configuration = two_cameras();
+  configuration.cameras[1].moves = true;
+  mux::Options options = jpeg_options();
+  options.keep_geometry = false;
+  for (const int group : {1, 3, 25}) {
+    options.group = group;
+    std::string bytes;
+    mux::Encoder encoder(configuration, options, [&](const void *part, size_t size) {
+      bytes.append(static_cast<const char *>(part), size);
+    });
+    for (int i = 0; i < 7; i++) {
+      mux::Frame frame = frame_of(i, 4);
+      frame.mesh = i == 4 ? geometry::Mesh() : wavy_sheet();
+      fvv_camera camera = configuration.cameras[1].calibration;
+      camera.translation[2] += i;
+      frame.calibrations = {configuration.cameras[0].calibration, camera};
+      encoder.add(std::move(frame));
+    }
+    CAPTURE(group);
+    CHECK(encoder.finish().frames == 7);
   }
 }
 
