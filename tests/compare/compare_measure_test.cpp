@@ -1,6 +1,8 @@
 // Distances, PSNR, normals and motion where the result is known.
 #include "compare_fixture.h"
 
+#include "compare/src/measure.h"
+
 #include <algorithm>
 
 using namespace fvv::compare;

@@ -13,7 +13,7 @@ using render::Rgb;
 
 namespace {
 
-const Scene &scene() {
+const Scene &game_scene() {
   Settings settings;
   settings.rig = RigKind::small;
   settings.cameras = 3;
@@ -24,13 +24,13 @@ const Scene &scene() {
 }
 
 const Atlas &atlas() {
-  static const Atlas made = make_atlas(scene(), default_atlas_size, 2);
+  static const Atlas made = make_atlas(game_scene(), default_atlas_size, 2);
   return made;
 }
 
 // Where a vertex lies in the solid texture.
 Vec3 solid(uint32_t vertex) {
-  const float *at = &scene().solid()[3 * size_t(vertex)];
+  const float *at = &game_scene().solid()[3 * size_t(vertex)];
   return {at[0], at[1], at[2]};
 }
 
@@ -168,22 +168,23 @@ TEST_CASE("charts keep their margins from each other and from the edge of the at
 
 TEST_CASE("the opened mesh has the scene's triangles, in its order", "[long]") {
   const Layout &layout = atlas().layout;
-  REQUIRE(layout.faces.size() == scene().faces().size());
+  REQUIRE(layout.faces.size() == game_scene().faces().size());
   REQUIRE(layout.texels.size() == layout.source.size());
   size_t unlike = 0;
   for (size_t i = 0; i < layout.faces.size(); i++)
-    unlike += layout.source[layout.faces[i]] != scene().faces()[i];
+    unlike += layout.source[layout.faces[i]] != game_scene().faces()[i];
   CHECK(unlike == 0);
-  CHECK(layout.source.size() < scene().vertex_count() * 5 / 4); // seams cost little
-  for (size_t i = 0; i < scene().vertex_count(); i++) unlike += layout.source[i] != i;
+  CHECK(layout.source.size() < game_scene().vertex_count() * 5 / 4); // seams cost little
+  for (size_t i = 0; i < game_scene().vertex_count(); i++) unlike += layout.source[i] != i;
   CHECK(unlike == 0);
-  CHECK(atlas().opened(scene().solid(), 3).size() == 3 * layout.source.size());
+  CHECK(atlas().opened(game_scene().solid(), 3).size() == 3 * layout.source.size());
 }
 
 TEST_CASE("no triangle shrinks to less than a third of its size on the body, nor grows", "[long]") {
   const Layout &layout = atlas().layout;
   // Of the rest figures, whose solid texture is where they are; the ball's is on a larger sphere.
-  const size_t faces = (scene().players()[0].rest.faces.size() + scene().players()[1].rest.faces.size()) / 3;
+  const size_t faces =
+      (game_scene().players()[0].rest.faces.size() + game_scene().players()[1].rest.faces.size()) / 3;
   double least = 1, most = 0;
   for (uint32_t face = 0; face < faces; face++) {
     const uint32_t *v = &layout.faces[3 * face];
@@ -211,7 +212,7 @@ TEST_CASE("a colour that changes evenly over the body is found again at the cent
       },
       2);
   const size_t player_faces =
-      (scene().players()[0].rest.faces.size() + scene().players()[1].rest.faces.size()) / 3;
+      (game_scene().players()[0].rest.faces.size() + game_scene().players()[1].rest.faces.size()) / 3;
   double worst = 0, worst_of_ball = 0;
   for (uint32_t face = 0; face < layout.faces.size() / 3; face++) {
     const Flat at = centre(layout, face);
@@ -230,7 +231,7 @@ TEST_CASE("the atlas has the solid texture's colours at the centres of faces", "
   for (uint32_t face = 0; face < layout.faces.size() / 3; face++) {
     const Flat at = centre(layout, face);
     const Rgb solid_colour =
-        scene().reflectance(face, solid(layout, face, {1 / 3.0, 1 / 3.0, 1 / 3.0})).colour;
+        game_scene().reflectance(face, solid(layout, face, {1 / 3.0, 1 / 3.0, 1 / 3.0})).colour;
     errors.push_back(255 * largest_difference(sample(atlas().picture, at[0], at[1]), display(solid_colour)));
   }
   std::sort(errors.begin(), errors.end());
@@ -243,10 +244,10 @@ TEST_CASE("the atlas has the solid texture's colours at the centres of faces", "
 }
 
 TEST_CASE("a picture drawn with the atlas is the one drawn with the solid texture", "[long]") {
-  const Moment moment = scene().at(0.5);
+  const Moment moment = game_scene().at(0.5);
   const std::vector<float> positions = atlas().opened(moment.positions, 3);
   const std::vector<float> normals = atlas().opened(moment.normals, 3);
-  const std::vector<float> solids = atlas().opened(scene().solid(), 3);
+  const std::vector<float> solids = atlas().opened(game_scene().solid(), 3);
   const Layout &layout = atlas().layout;
   const render::Mesh mesh = {positions.data(), positions.size() / 3, layout.faces.data(),
                              layout.faces.size() / 3};
@@ -257,7 +258,7 @@ TEST_CASE("a picture drawn with the atlas is the one drawn with the solid textur
   const render::Light even = {{0, 1, 0}, {0, 0, 0}, {1, 1, 1}, {1, 1, 1}};
   render::SampleBuffer buffer(480, 270, 3);
   for (size_t camera = 0; camera < 3; camera++) {
-    const render::Projection projection(scene().cameras()[camera]);
+    const render::Projection projection(game_scene().cameras()[camera]);
     const auto drawn = [&](const std::vector<float> &texture, const render::Material &material) {
       const render::Picture picture = render::draw(
           projection, mesh, {normals.data(), texture.data(), open.data()}, material, even, {}, buffer);
@@ -268,7 +269,7 @@ TEST_CASE("a picture drawn with the atlas is the one drawn with the solid textur
       return std::pair(image, mask);
     };
     const auto [expected, mask] = drawn(solids, [&](uint32_t face, Vec3 at) {
-      return render::Reflectance{scene().reflectance(face, at).colour, 0};
+      return render::Reflectance{game_scene().reflectance(face, at).colour, 0};
     });
     const auto [found, same_mask] = drawn(coordinates, [&](uint32_t, Vec3 at) {
       return render::Reflectance{render::to_linear(sample(atlas().picture, at.x, at.y)), 0};
@@ -278,12 +279,12 @@ TEST_CASE("a picture drawn with the atlas is the one drawn with the solid textur
 }
 
 TEST_CASE("an atlas does not depend on the number of threads, and has bounds", "[long]") {
-  const Atlas one = make_atlas(scene(), 512, 1), three = make_atlas(scene(), 512, 3);
+  const Atlas one = make_atlas(game_scene(), 512, 1), three = make_atlas(game_scene(), 512, 3);
   CHECK(one.picture.pixels == three.picture.pixels);
   CHECK(one.layout.texels == three.layout.texels);
   CHECK(one.picture.width == 512);
   CHECK(one.layout.density < atlas().layout.density);
-  CHECK_THROWS_WITH(make_atlas(scene(), 64, 1),
+  CHECK_THROWS_WITH(make_atlas(game_scene(), 64, 1),
                     Catch::Contains("an atlas of 64 x 64 texels cannot hold ") && Catch::EndsWith(" charts"));
-  CHECK_THROWS_AS(make_atlas(scene(), 16385, 1), std::invalid_argument);
+  CHECK_THROWS_AS(make_atlas(game_scene(), 16385, 1), std::invalid_argument);
 }
