@@ -33,7 +33,7 @@ def write_capture(folder):
     for path in (folder / "meshes").iterdir():
         path.unlink()
     for frame in range(2):
-        lines = [f"v {x / 10} {y / 10} {z / 10}" for x, y, z in TETRAHEDRON.positions]
+        lines = [f"v {x / 200} {y / 200} {z / 200}" for x, y, z in TETRAHEDRON.positions]
         lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in TETRAHEDRON.faces]
         (folder / f"meshes/{frame:04}.obj").write_text("\n".join(lines) + "\n")
     capture = json.loads((folder / "capture.json").read_text())

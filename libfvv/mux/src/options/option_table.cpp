@@ -304,8 +304,8 @@ std::vector<Option> mesh_options() {
           .brief(meshes, "frames in a group: where players can begin. Default: one second"),
       Row("winding", "HOW",
           "of faces: keep (each as it is), flip (turn all of them round), or auto (flip when most of what "
-          "cameras see is backfacing: the faces are inside out). Default: neighbours are made to agree, with a "
-          "warning in that case")
+          "cameras see is backfacing: the faces are inside out). Default: neighbours are made to agree, "
+          "with a warning in that case")
           .words<&Options::winding, Winding>(
               {{"keep", Winding::keep}, {"flip", Winding::flip}, {"auto", Winding::automatic}})
           .brief(meshes, "keep, flip or auto: for meshes that are inside out"),
