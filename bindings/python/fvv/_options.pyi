@@ -28,8 +28,8 @@ class EncodeOptions(TypedDict, total=False):
     #: Frames in a group; default: one second.
 
     winding: Literal["keep", "flip", "auto"] | None
-    #: Of faces: keep, flip (turn all of them round), or auto (flip when most of what cameras see is backfacing: the
-    #: faces are inside out). Default: keep, with a warning in that case.
+    #: Of faces: keep (each as it is), flip (turn all of them round), or auto (flip when most of what cameras see is
+    #: backfacing: the faces are inside out). Default: neighbours are made to agree, with a warning in that case.
 
     mesh_level: int | None
     #: Draco: 0 is fastest, 10 is smallest. Default: 9.
