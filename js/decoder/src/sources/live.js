@@ -5,7 +5,7 @@ import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType, frameT
 import { onAbort } from "../abort.js";
 import { FvvError } from "../errors.js";
 import { LiveChooser } from "../ladder.js";
-import { delayUnlessOnline, Network } from "./network.js";
+import { backoff, delayUnlessOnline, isOffline, Network } from "./network.js";
 import { SectionSource } from "./types.js";
 
 /** Bytes in the queue at most, when frames are not taken: beyond that, bytes are dropped up to the next group. */
@@ -240,11 +240,9 @@ export class LiveSource extends SectionSource {
     while (this.#failures < this.#attempts) {
       this.#warn(FvvError.warning("reconnect", `${why}; connecting again`));
       // With jitter: not all clients reconnect at the same moment.
-      const longest = Math.min(this.#firstMs * 2 ** this.#failures, this.#longestMs);
-      const retryMs = longest * (0.5 + Math.random() / 2);
       const attempt = this.#failures++;
-      const offline = globalThis.navigator?.onLine === false;
-      this.#report({ url: this.#url, reason: why, offline, attempt, retryMs });
+      const retryMs = backoff(attempt, { firstMs: this.#firstMs, longestMs: this.#longestMs });
+      this.#report({ url: this.#url, reason: why, offline: isOffline(), attempt, retryMs });
       await delayUnlessOnline(retryMs, signal);
       if (this.#over) return;
       try {

@@ -67,15 +67,11 @@ function retryAfterOf({ headers }) {
   return date > Date.now() ? date - Date.now() : 0;
 }
 
-const isOffline = () => globalThis.navigator?.onLine === false;
+export const isOffline = () => globalThis.navigator?.onLine === false;
 
-/** Resolves with the event "online". */
-async function online(signal) {
-  const came = new AbortController();
-  const leave = onAbort(signal, () => came.abort());
-  globalThis.addEventListener?.("online", () => came.abort(), { signal: came.signal });
-  await new Promise((resolve) => onAbort(came.signal, resolve));
-  leave();
+/** The wait before a retry, counted from 0: it doubles, and half of it is random, so that not all clients return at once. */
+export function backoff(attempt, { firstMs, longestMs }) {
+  return Math.min(firstMs * 2 ** attempt, longestMs) * (0.5 + Math.random() / 2);
 }
 
 /** Resolves after some milliseconds, with the event "online", or when the signal is aborted. */
@@ -127,7 +123,7 @@ class Outage {
     if (signal.aborted) return;
     const how = transient.get(error);
     if (!how) throw this.#fatal(error);
-    const { firstMs, longestMs, retryAfterMaxMs } = this.#policy;
+    const { retryAfterMaxMs } = this.#policy;
     const { immediate = false, retryAfterMs = 0 } = how;
     const now = performance.now();
     this.#deadline ??= now + this.#budget;
@@ -137,12 +133,10 @@ class Outage {
     if (now >= this.#deadline && !isOffline()) throw this.#fatal(error);
     const attempt = this.#attempt++;
     if (immediate && attempt === 0) return;
-    const longest = Math.min(firstMs * 2 ** attempt, longestMs);
-    // Not all clients return at the same moment.
-    const retryMs = Math.max(longest * (0.5 + Math.random() / 2), retryAfterMs * (1 + Math.random() / 20));
+    const retryMs = Math.max(backoff(attempt, this.#policy), retryAfterMs * (1 + Math.random() / 20));
     this.#report(this, { url: this.#url, reason: error.message, offline: isOffline(), attempt, retryMs });
     if (isOffline()) {
-      await online(signal);
+      await delayUnlessOnline(LONGEST_TIMER, signal);
       this.#deadline = performance.now() + this.#budget;
     } else {
       // A host that has asked for time gets it.
