@@ -9,6 +9,7 @@
 #include "fvv_mux/encoder.h"
 #include "fvv_mux/options.h"
 #include "fvv_render/colour_match.h"
+#include "fvv_render/local_origin.h"
 #include "fvv_render/texture_inset.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/pictures.h"
@@ -67,6 +68,8 @@ struct WindingChoice {
   double in_stream() const { return flip ? 1 - turned_away : turned_away; }
   // It is more likely than not that the files have them the wrong way round.
   bool inside_out() const { return turned_away > 0.5; }
+  // The same of the stream.
+  bool stays_inside_out() const { return in_stream() > 0.5; }
 };
 
 struct VisibilityChoice {
@@ -266,6 +269,11 @@ void extend_plan(Plan &plan, const GroupSpan &group);
 
 // Frames in a group: by the options, or one second.
 uint32_t group_size_of(const Options &options, const fvv_rational &frame_duration);
+
+// What coordinates in float count from.
+inline render::Vec3 origin_of(const geometry::Lattice &lattice) {
+  return render::local_origin(lattice.origin, lattice.step);
+}
 
 // Cameras whose pictures are transmitted, at the size in which they are; without any, all cameras. frame: its
 // number in file names. tiling: of the cameras.

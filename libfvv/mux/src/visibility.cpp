@@ -119,10 +119,6 @@ private:
                                                                                 fvv_visibility_order_close};
 };
 
-render::Vec3 origin_of(const geometry::Lattice &lattice) {
-  return render::local_origin(lattice.origin, lattice.step);
-}
-
 // The positions of a decoded mesh in metres, which count from origin_of(lattice).
 std::vector<float> metres_of(const fvv_mesh &mesh, const geometry::Lattice &lattice) {
   const render::Vec3 from = origin_of(lattice);

@@ -222,7 +222,7 @@ WindingChoice choose_winding(const Options &options, const scene::Capture &captu
 
 bool warn_of_winding(const Plan &plan) {
   const WindingChoice &choice = plan.winding;
-  if (choice.in_stream() <= 0.5 || plan.options.winding == Winding::keep) return false;
+  if (!choice.stays_inside_out() || plan.options.winding == Winding::keep) return false;
   plan.observer.warn(plan.capture.path + ": " +
                      (choice.flip ? "with " + option_name("winding", "flip") + " " : "") +
                      winding_text(choice.in_stream(), choice.by_cameras) + ": the faces are inside out" +
@@ -438,16 +438,12 @@ namespace {
 
 constexpr uint32_t inset_side = 800; // pixels of a camera's picture, at most
 
-// Cameras and positions count from local_origin() of the plan's lattice.
+// Cameras and positions count from origin_of() the plan's lattice.
 struct CutView {
   fvv_camera camera = {};
   media::DeepImage picture;
   media::Image mask;
 };
-
-render::Vec3 origin_of(const Plan &plan) {
-  return render::local_origin(plan.lattice.lattice.origin, plan.lattice.lattice.step);
-}
 
 // What a camera shows of a mesh, cut out and made smaller; without pixels if it shows nothing of it.
 CutView cut_view(const Plan &plan, const SampledScene &scene, size_t index) {
@@ -468,7 +464,7 @@ CutView cut_view(const Plan &plan, const SampledScene &scene, size_t index) {
   };
   const std::optional<SampledScene::View> view = scene.view(plan, index, number, calibration);
   if (!view) return out;
-  out.camera = render::camera_from(origin_of(plan), fvv_camera_of_tile(&calibration, &tile));
+  out.camera = render::camera_from(origin_of(plan.lattice.lattice), fvv_camera_of_tile(&calibration, &tile));
   out.picture = {tile.destination.width, tile.destination.height, 3, {}};
   for (const uint8_t value : part(view->picture).pixels) out.picture.pixels.push_back(uint16_t(257 * value));
   if (!view->mask.pixels.empty()) out.mask = part(view->mask);
@@ -500,7 +496,7 @@ CutFrame cut_frame(const Plan &plan, const SampledScene &scene, const std::vecto
     if (plan.capture.cameras[cameras[i]].is_calibrated(scene.middle().number))
       out.views[i] = cut_view(plan, scene, cameras[i]);
   });
-  out.positions = render::positions_from(origin_of(plan), mesh.positions);
+  out.positions = render::positions_from(origin_of(plan.lattice.lattice), mesh.positions);
   out.faces = mesh.faces;
   return out;
 }
