@@ -1,6 +1,7 @@
 // The static environment and the lights (clause 18), decoded from the payload of a BACK chunk by a module of its own.
 
 import { FvvError } from "./errors.js";
+import { localOriginOf } from "./local_origin.js";
 import { readEnvironmentList, readDiagnostic, readPart } from "./wasm_structs.js";
 import { createEnvironment } from "./wasm.js";
 
@@ -19,12 +20,14 @@ async function readEnvironment({ track, data }, { module, session }) {
   new Uint8Array(core.memory.buffer, address, data.length).set(data);
   const status = exports.fvvback_load(address, data.length, limits.maxVertices, limits.maxFaces, limits.maxDimension);
   if (status < 0) fail(status);
-  const { codecs, partCount, pictures, lights } = readEnvironmentList(core.memory, exports.fvvback_data());
+  const { codecs, partCount, pictures, lights, lattice } = readEnvironmentList(core.memory, exports.fvvback_data());
+  // All of a stream counts from one place.
+  const origin = localOriginOf(session.lattice);
   await session.lendCodecs(core, codecs);
   const parts = Array.from({ length: partCount }, (_, i) => {
     const part = exports.fvvback_part(i);
     if (!part) fail(0);
-    return readPart(core.memory, part);
+    return readPart(core.memory, part, lattice, origin);
   });
   return { track, parts, pictures, lights };
 }

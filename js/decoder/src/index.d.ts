@@ -358,6 +358,8 @@ export interface Configuration {
   frameDuration: bigint;
   /** metres = origin + step * index */
   lattice: { origin: [number, number, number]; step: number };
+  /** What localPositions of all meshes and environments count from: 0 unless the stream is far from 0, as in map coordinates. */
+  localOrigin: [number, number, number];
   upAxis: "unknown" | "x" | "y" | "z" | "-x" | "-y" | "-z";
   /** false: lengths are not in metres. */
   scaleKnown: boolean;
@@ -379,8 +381,11 @@ export interface Mesh {
   faceCount: number;
   /** x y z on the lattice. */
   lattice: Int32Array;
-  /** x y z in metres. */
+  /** x y z in metres. Far from 0 their 32 bits are coarse: 0.25 m at 4,000 km. Draw localPositions. */
   positions: Float32Array;
+  /** x y z in metres, relative to origin; the same array as positions where origin is 0. */
+  localPositions: Float32Array;
+  origin: [number, number, number];
   /** Three per face, counter-clockwise seen from outside. */
   faces: Uint32Array;
   normals: Float32Array | null;
@@ -487,6 +492,9 @@ export interface EnvironmentPart {
   faceCount: number;
   /** Metres. */
   positions: Float32Array;
+  /** Relative to origin, which is that of the meshes. */
+  localPositions: Float32Array;
+  origin: [number, number, number];
   faces: Uint32Array;
   /** u v in the picture, (0, 0) is its top left corner; beyond 0 to 1 the picture is repeated, or clamped. */
   uvs: Float32Array | null;

@@ -1,7 +1,15 @@
 // One stream in one instance of the core: bytes in, events and frames out. Synchronous, except for loading codecs.
 
 import { FvvError, IO } from "./errors.js";
-import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroups, readSample } from "./wasm_structs.js";
+import {
+  readConfiguration,
+  readDiagnostic,
+  readEvent,
+  readFrame,
+  readGroups,
+  readLattice,
+  readSample,
+} from "./wasm_structs.js";
 import { createCodec, createCore } from "./wasm.js";
 
 const events = ["need data", "configuration", "group", "frame", "damage", "end", "done", "between"];
@@ -156,6 +164,11 @@ export class Session {
     const address = this.#exports.fvvjs_configuration(this.#decoder);
     return address ? readConfiguration(this.#memory, address) : null;
   }
+  /** null: no configuration was read yet. */
+  get lattice() {
+    const address = this.#exports.fvvjs_configuration(this.#decoder);
+    return address ? readLattice(this.#memory, address) : null;
+  }
 
   /** Payload of the environment that is valid for a group of the index: {data}; null: none; false as in open. */
   findEnvironment(group, track) {
@@ -196,7 +209,7 @@ export class Session {
       throw FvvError.fromDiagnostic(diagnostic, { fatal: status === -2 });
     }
     const address = this.#exports.fvvjs_frame_data(this.#decoder);
-    return readFrame(this.#memory, address);
+    return readFrame(this.#memory, address, this.lattice);
   }
 
   close() {

@@ -1,6 +1,8 @@
 // Reads structs of libfvv and of wasm/wasm_structs.h from a module's memory. Everything is copied: results stay valid when the
 // memory grows or is overwritten.
 
+import { localOriginOf, localPositionsOf } from "./local_origin.js";
+
 // The size of each struct, and the type and offset of each field, with the number of elements or what a list holds.
 // begin of generated tables (wasm/generate_wasm_structs.mjs)
 const layouts = {
@@ -253,16 +255,17 @@ const layouts = {
     },
   },
   part: {
-    size: 40,
+    size: 44,
     fields: {
       vertexCount: ["u32", 0],
       faceCount: ["u32", 4],
-      faces: ["u32*", 8, 3, "faceCount"],
-      positions: ["f32*", 12, 3, "vertexCount"],
-      texture: ["f32*", 16, 2, "vertexCount"],
-      picture: ["u32", 20],
-      flags: ["u32", 24],
-      colour: ["u32[]", 28, 3],
+      lattice: ["i32*", 8, 3, "vertexCount"],
+      faces: ["u32*", 12, 3, "faceCount"],
+      positions: ["f32*", 16, 3, "vertexCount"],
+      texture: ["f32*", 20, 2, "vertexCount"],
+      picture: ["u32", 24],
+      flags: ["u32", 28],
+      colour: ["u32[]", 32, 3],
     },
   },
   picture: {
@@ -289,12 +292,14 @@ const layouts = {
     },
   },
   background: {
-    size: 24,
+    size: 56,
     fields: {
       codecs: ["u32", 0],
       partCount: ["u32", 4],
       pictures: ["list", 8, "picture"],
       lights: ["list", 16, "light"],
+      latticeOrigin: ["f64[]", 24, 3],
+      latticeStep: ["f64", 48],
     },
   },
 };
@@ -467,13 +472,20 @@ const readers = {
   },
 };
 
+const latticeOf = ({ latticeOrigin, latticeStep }) => ({ origin: latticeOrigin, step: latticeStep });
+
+/** The lattice of a configuration alone, which is the same in all of a stream. */
+export const readLattice = (memory, address) => latticeOf(read("scene", memory, address));
+
 export function readConfiguration(memory, address) {
   const { scene, tracks, cameras, videos, sounds, metadata, texturing } = read("configuration", memory, address);
   const [red, green, blue] = texturing.unseen;
+  const lattice = latticeOf(scene);
   return {
     timeBase: { numerator: scene.numerator, denominator: scene.denominator },
     frameDuration: scene.frameDuration,
-    lattice: { origin: scene.latticeOrigin, step: scene.latticeStep },
+    lattice,
+    localOrigin: localOriginOf(lattice),
     upAxis: upAxes[scene.upAxis] ?? "unknown",
     scaleKnown: (scene.flags & 1) === 0,
     tracks,
@@ -490,15 +502,24 @@ export function readSample(memory, address) {
   return { track, key: key !== 0, data };
 }
 
-export function readFrame(memory, address) {
-  const { cameras, ...frame } = read("frame", memory, address);
-  return { ...frame, moving: cameras.map((camera) => ({ ...camera, calibrated: true })) };
+/** lattice: of the configuration; without one there are no meshes. */
+export function readFrame(memory, address, lattice) {
+  const { cameras, meshes, ...frame } = read("frame", memory, address);
+  const origin = lattice && localOriginOf(lattice);
+  return {
+    ...frame,
+    meshes: meshes.map((mesh) => ({ ...mesh, origin, localPositions: localPositionsOf(mesh, lattice, origin) })),
+    moving: cameras.map((camera) => ({ ...camera, calibrated: true })),
+  };
 }
 
-export function readPart(memory, address) {
-  const { flags, faces, texture, picture, colour, ...part } = read("part", memory, address);
+/** lattice: of the environment; origin: of the stream's local positions. */
+export function readPart(memory, address, lattice, origin) {
+  const { flags, faces, texture, picture, colour, lattice: indices, ...part } = read("part", memory, address);
   return {
     ...part,
+    origin,
+    localPositions: localPositionsOf({ ...part, lattice: indices }, lattice, origin),
     faces,
     uvs: texture,
     picture: picture === NO_PICTURE ? null : picture,
@@ -510,7 +531,8 @@ export function readPart(memory, address) {
 }
 
 export function readEnvironmentList(memory, address) {
-  return read("background", memory, address);
+  const { latticeOrigin, latticeStep, ...list } = read("background", memory, address);
+  return { ...list, lattice: latticeOf({ latticeOrigin, latticeStep }) };
 }
 
 export function readEvent(memory, address) {

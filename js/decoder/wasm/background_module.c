@@ -49,10 +49,13 @@ FVVJS_EXPORT int32_t fvvback_load(const uint8_t *payload, size_t size, uint32_t 
   const fvv_status status =
       fvv_background_decode(payload, size, &limits, &allocator, &background, &diagnostic);
   if (status != FVV_OK) return status;
-  const wasm_background made = {codecs(),
-                                (uint32_t)background.part_count,
-                                {background.pictures, (uint32_t)background.picture_count},
-                                {background.lights, (uint32_t)background.light_count}};
+  const wasm_background made = {
+      codecs(),
+      (uint32_t)background.part_count,
+      {background.pictures, (uint32_t)background.picture_count},
+      {background.lights, (uint32_t)background.light_count},
+      {background.lattice_origin[0], background.lattice_origin[1], background.lattice_origin[2]},
+      background.lattice_step};
   published = made;
   return FVV_OK;
 }
@@ -82,14 +85,10 @@ FVVJS_EXPORT const wasm_part *fvvback_part(uint32_t i) {
     for (size_t k = 0; k < 2 * (size_t)mesh.vertex_count; k++)
       places[k] = (float)(part->texture_origin[k % 2] + part->texture_size[k % 2] * (double)places[k]);
   }
-  const wasm_part made = {mesh.vertex_count,
-                          mesh.face_count,
-                          mesh.faces,
-                          points,
-                          places,
-                          part->picture,
-                          part->flags,
-                          {part->colour[0], part->colour[1], part->colour[2]}};
+  const wasm_part made = {
+      mesh.vertex_count, mesh.face_count, mesh.positions,
+      mesh.faces,        points,          places,
+      part->picture,     part->flags,     {part->colour[0], part->colour[1], part->colour[2]}};
   part_now = made;
   return &part_now;
 }

@@ -102,6 +102,8 @@ typedef struct wasm_frame {
 typedef struct wasm_part {
   uint32_t vertex_count;
   uint32_t face_count;
+  /* 3 x vertex_count, or 0 */
+  const int32_t *lattice;
   /* 3 x face_count, or 0 */
   const uint32_t *faces;
   /* 3 x vertex_count, or 0 */
@@ -113,7 +115,7 @@ typedef struct wasm_part {
   uint32_t colour[3];
 } wasm_part;
 
-/* codecs: FVVJS_CODEC_... */
+/* codecs: FVVJS_CODEC_...; lattice: of the parts. */
 typedef struct wasm_background {
   uint32_t codecs;
   uint32_t part_count;
@@ -121,6 +123,8 @@ typedef struct wasm_background {
   wasm_list pictures;
   /* fvv_light */
   wasm_list lights;
+  double lattice_origin[3];
+  double lattice_step;
 } wasm_background;
 
 #ifdef __wasm__
@@ -235,7 +239,7 @@ _Static_assert(sizeof(wasm_sample) == 16 && offsetof(wasm_sample, data) == 8, ""
 _Static_assert(sizeof(wasm_layout) == 12 && offsetof(wasm_layout, tiles) == 4, "");
 _Static_assert(sizeof(wasm_sound) == 64 && offsetof(wasm_sound, data) == 52, "");
 _Static_assert(sizeof(wasm_frame) == 64 && offsetof(wasm_frame, sounds) == 56, "");
-_Static_assert(sizeof(wasm_part) == 40 && offsetof(wasm_part, colour) == 28, "");
+_Static_assert(sizeof(wasm_part) == 44 && offsetof(wasm_part, colour) == 32, "");
 _Static_assert(offsetof(fvv_background_picture, codec) == 0, "");
 _Static_assert(offsetof(fvv_background_picture, width) == 4, "");
 _Static_assert(offsetof(fvv_background_picture, height) == 8, "");
@@ -249,7 +253,7 @@ _Static_assert(offsetof(fvv_light, intensity) == 80, "");
 _Static_assert(offsetof(fvv_light, range) == 88, "");
 _Static_assert(offsetof(fvv_light, inner_cone) == 96, "");
 _Static_assert(offsetof(fvv_light, outer_cone) == 104, "");
-_Static_assert(sizeof(wasm_background) == 24 && offsetof(wasm_background, lights) == 16, "");
+_Static_assert(sizeof(wasm_background) == 56 && offsetof(wasm_background, lattice_step) == 48, "");
 #endif
 
 #endif

@@ -1,6 +1,8 @@
 // The canvas, its renderer, and when they draw. Nothing is drawn, and no animation frame is requested, while nothing
 // changes.
 
+import { originOf, pointsOf } from "@fvv/shading";
+
 import { Renderer } from "./renderer/index.js";
 import { sheetCells } from "./renderer/sheet.js";
 import { Resolution } from "./resolution.js";
@@ -132,9 +134,10 @@ export class Stage extends EventTarget {
     this.#navigator.begin(frame);
     const { up } = this.#navigator.axes;
     const { centre, radius } = this.#navigator.extent;
-    const points = frame.mesh?.positions ?? [];
+    const points = frame.mesh ? pointsOf(frame.mesh) : [];
     let low = Infinity;
     for (let i = 0; i < points.length; i += 3) low = Math.min(low, dot(points.subarray(i, i + 3), up));
+    low += dot(originOf(frame), up);
     const down = Number.isFinite(low) ? dot(centre, up) - low : 0;
     this.#frame.floor = Number.isFinite(low) ? low : null;
     const step = roundDown(radius / 3);

@@ -9,6 +9,7 @@ import {
   axesOf,
   between,
   directionsOf,
+  extentOf,
   fromSpherical,
   homePose,
   orbit,
@@ -102,6 +103,16 @@ test("the first view shows the whole scene from the direction of the first camer
       assert.ok(u > 0 && u < 100 * aspect && v > 0 && v < 90, `${u}, ${v} of ${100 * aspect} x 100`);
     }
   }
+});
+
+test("the extent of a scene in map coordinates is exact", () => {
+  const origin = [4000000, -2500000, 4700000];
+  const localPositions = Float32Array.of(-1, 0.125, -1, 1, 2, 1.5);
+  const positions = localPositions.map((x, i) => x + origin[i % 3]);
+  const { low, high, centre } = extentOf({ ...frame, mesh: { positions, localPositions, origin } });
+  assert.deepEqual(low, [3999999, -2499999.875, 4699999]);
+  assert.deepEqual(high, [4000001, -2499998, 4700001.5]);
+  assert.deepEqual(centre, [4000000, -2499998.9375, 4700000.25]);
 });
 
 test("orbits keep their distance, stay level and avoid the poles", () => {

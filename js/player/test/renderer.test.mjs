@@ -7,6 +7,7 @@ import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 
 import { missingBrowser } from "../../testing/browser.mjs";
+import { moveCapture } from "../../testing/moved_capture.mjs";
 import { tool } from "../../testing/served.mjs";
 import { compareFile, distance } from "../conformance/compare.mjs";
 import { posesOf, Session } from "../conformance/session.mjs";
@@ -18,6 +19,8 @@ const LEAST_PSNR_SEAMS = 35;
 const LEAST_AGREEMENT = 99.5;
 const size = [480, 270];
 const scales = [0.1, 1, 100];
+/** Metres to map coordinates. */
+const BY = [4000000, -2500000.5, 4700000.25];
 
 const folder = mkdtempSync(join(tmpdir(), "fvv-renderer-"));
 const at = (name) => join(folder, name);
@@ -34,6 +37,9 @@ function makeStreams() {
   mux("few", "few", "--visibility", "weight", "--codec", "vp9");
   const texturing = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
   mux("studio", "texturing", "--visibility", "weight", "--no-environment", "--frames", "0-0", ...texturing);
+  synth("placed", "--rig", "small", "--cameras", "5", "--frames", "1", "--size", "320x240", "--environment");
+  for (const [name, by] of Object.entries({ near: [0, 0, 0], far: BY }))
+    tool("fvvmux", moveCapture(at("placed"), name, { by }), "-o", at(`${name}.fvv`), "--visibility", "weight");
   // The same scene, scaled so that its longest side has this length.
   const capture = JSON.parse(readFileSync(at("studio/capture.json"), "utf8"));
   delete capture.background;
@@ -164,6 +170,33 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
       const [{ agreementPercent }] = lines;
       assert.ok(agreementPercent > LEAST_AGREEMENT, `${agreementPercent.toFixed(2)} % as rays`);
     });
+
+  test("draws a scene in map coordinates as the same scene near 0", async () => {
+    const facts = await session.show(at("near.fvv"), 0);
+    const poses = posesOf(3, facts, size);
+    const grid = { centre: [0, 0, 0], extent: 4, step: 0.5 };
+    const ways = [
+      {},
+      { visibleBy: "depth" },
+      { environment: false, grid, frusta: { selected: 0, picturePlanes: true } },
+    ];
+    const near = [];
+    for (const pose of poses) for (const options of ways) near.push(await session.draw(pose, size, options));
+    const found = await session.show(at("far.fvv"), 0);
+    found.bounds.min.forEach((x, k) => assert.ok(Math.abs(x - BY[k] - facts.bounds.min[k]) < 1e-5));
+    const moved = (point) => point.map((x, k) => x + BY[k]);
+    for (const [i, pose] of poses.entries())
+      for (const [k, options] of ways.entries()) {
+        const there = { ...pose, eye: moved(pose.eye), target: moved(pose.target) };
+        const own = options.grid ? { ...options, grid: { ...grid, centre: moved(grid.centre) } } : options;
+        const { data } = await session.draw(there, size, own);
+        const wanted = near[ways.length * i + k].data;
+        assert.ok(brightness({ data: wanted }) > 2);
+        const { psnr, large } = distance(data, wanted, new Uint8Array(size[0] * size[1]).fill(1));
+        assert.ok(psnr > 45 && large < 1e-3, `pose ${i}, way ${k}: ${psnr.toFixed(1)} dB, ${large}`);
+      }
+    assert.deepEqual(session.browser.troubles, []);
+  });
 
   test("draws depth and shadow maps once per frame, and no picture twice", async () => {
     await session.show(at("studio.fvv"), 0);

@@ -18,6 +18,9 @@ export interface DepthPlace {
 /** A camera that gives colours. source: the part of its picture that its tile shows; place: where the tile is in the texture. */
 export interface View {
   camera: Camera;
+  /** The camera's translation and centre, relative to originOf(frame). */
+  translation: number[];
+  centre: number[];
   source: Rect;
   place: Rect;
   depth?: DepthPlace | null;
@@ -64,6 +67,15 @@ export function usesLevels(
   eye: readonly number[],
   pixelAngle: number,
 ): boolean;
+/** Shaders have 32 bits, which hold coordinates of maps to decimetres only: everything that is drawn counts from here. */
+export function originOf(frame: Pick<Frame, "mesh" | "configuration">): [number, number, number];
+/** Positions relative to the origin of the mesh. */
+export function pointsOf(mesh: Pick<Mesh, "localPositions" | "positions">): Float32Array;
+/** The same camera or viewer in coordinates that count from origin. */
+export function viewFrom<T extends { rotation: readonly number[]; translation: readonly number[] }>(
+  origin: readonly number[],
+  view: T,
+): T;
 export function lensesOf(views: readonly View[]): 0 | 1 | 2;
 export function viewsOf(frame: Frame, places: Map<number, { x: number; y: number }>): View[];
 export function writeViews(views: View[], array: Float32Array): void;

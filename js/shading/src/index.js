@@ -11,8 +11,11 @@ export {
   VIEW_TEXELS,
   checkTexturing,
   lensesOf,
+  originOf,
+  pointsOf,
   texturingOf,
   usesLevels,
+  viewFrom,
   viewsOf,
   writeViews,
 } from "./views.js";

@@ -11,9 +11,27 @@ const BY_WEIGHTS = 1;
 const BY_DEPTH = 2;
 const OFF = 4;
 
+/** What is drawn counts from here: the stream's origin of local positions, because shaders have 32 bits. */
+export function originOf({ mesh, configuration }) {
+  return mesh?.origin ?? configuration.localOrigin ?? [0, 0, 0];
+}
+
+/** Positions of a mesh, or of a part of an environment, that count from its origin. */
+export const pointsOf = ({ localPositions, positions }) => localPositions ?? positions;
+
+const dot = (a, i, b) => a[i] * b[0] + a[i + 1] * b[1] + a[i + 2] * b[2];
+
+/** A camera or a viewer, {rotation, translation, ...}, in coordinates that count from origin. */
+export function viewFrom(origin, pinhole) {
+  if (origin.every((x) => x === 0)) return pinhole;
+  const { rotation, translation } = pinhole;
+  return { ...pinhole, translation: [0, 1, 2].map((row) => translation[row] + dot(rotation, 3 * row, origin)) };
+}
+
 /** The cameras that give colours in a frame. layout: Map from track to {x, y}, the place of its picture in the texture. */
 export function viewsOf(frame, layout) {
   const views = [];
+  const origin = originOf(frame);
   for (const video of frame.configuration.videos) {
     const at = layout.get(video.track);
     if (!at || video.shows === "atlas") continue;
@@ -21,7 +39,10 @@ export function viewsOf(frame, layout) {
       const camera = frame.camera(tile.camera);
       if (!camera?.calibrated || views.length === MAX_VIEWS) continue;
       const { x, y, width, height } = tile.destination;
-      views.push({ camera, source: tile.source, place: { x: at.x + x, y: at.y + y, width, height } });
+      const { translation } = viewFrom(origin, camera);
+      const centre = camera.centre.map((value, k) => value - origin[k]);
+      const place = { x: at.x + x, y: at.y + y, width, height };
+      views.push({ camera, translation, centre, source: tile.source, place });
     }
   }
   return views;
@@ -37,11 +58,11 @@ export function lensesOf(views) {
  * maps, or null; hasVisibilityWeights: the file has visibility weights for it; off: it gives no colours.
  */
 export function writeViews(views, array) {
-  views.forEach(({ camera, source, place, depth, hasVisibilityWeights, off }, i) => {
-    const { rotation: r, translation: t, distortion } = camera;
+  views.forEach(({ camera, translation: t, centre, source, place, depth, hasVisibilityWeights, off }, i) => {
+    const { rotation: r, distortion } = camera;
     const flags = (hasVisibilityWeights ? BY_WEIGHTS : 0) | (depth ? BY_DEPTH : 0) | (off ? OFF : 0);
     const row = [r[0], r[1], r[2], t[0], r[3], r[4], r[5], t[1], r[6], r[7], r[8], t[2]];
-    row.push(...camera.centre, flags);
+    row.push(...centre, flags);
     row.push(camera.fx, camera.fy, camera.cx, camera.cy);
     row.push(camera.skew, Math.min(camera.rMax, FAR), lenses.indexOf(camera.lens), camera.id);
     row.push(...distortion);
@@ -103,16 +124,16 @@ const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 
 /**
  * Whether shaders need a level above 0 anywhere on the surface. views: of viewsOf; atlas: its place, [x, y, width, height], if
- * there are no views; sphere: {centre, radius} around the mesh; eye: the viewer's position; pixelAngle: the width of a
- * pixel of the viewer's picture at a distance of 1.
+ * there are no views; sphere: {centre, radius} around the mesh; eye: the viewer's position, which counts from originOf as the
+ * sphere does; pixelAngle: the width of a pixel of the viewer's picture at a distance of 1.
  */
 export function usesLevels({ views, atlas }, { centre, radius }, eye, pixelAngle) {
   const away = distance(eye, centre);
   // The texels of an atlas cover the surface from all sides.
   if (atlas) return Math.sqrt(atlas[2] * atlas[3]) * away * pixelAngle > 2 * radius * SHARP;
   const pixel = (away + radius) * pixelAngle;
-  return views.some(({ camera, source, place, off }) => {
-    const nearest = Math.max(0, distance(camera.centre, centre) - radius);
+  return views.some(({ camera, centre: from, source, place, off }) => {
+    const nearest = Math.max(0, distance(from, centre) - radius);
     return !off && pixel * place.width * camera.fx > SHARP * nearest * source.width;
   });
 }

@@ -14,10 +14,9 @@ function border({ width, height }) {
   return points;
 }
 
-/** R^T (depth ray - t): world metres. */
-function place({ rotation: r, translation: t }, ray, depth) {
-  const at = ray.map((x, i) => depth * x - t[i]);
-  return [0, 1, 2].map((i) => r[i] * at[0] + r[3 + i] * at[1] + r[6 + i] * at[2]);
+/** From the camera's centre along a ray, to a depth: metres. */
+function along({ rotation: r }, ray, depth) {
+  return [0, 1, 2].map((i) => depth * (r[i] * ray[0] + r[3 + i] * ray[1] + r[6 + i] * ray[2]));
 }
 
 export class CameraFrusta extends LineSegments {
@@ -28,8 +27,9 @@ export class CameraFrusta extends LineSegments {
     this.visible = false;
   }
 
-  /** length: of a frustum, in metres. Lines are made again only if cameras move. */
-  show(cameras, length) {
+  /** length: of a frustum, in metres. origin: what vertices count from. Lines are made again only if cameras move. */
+  show(cameras, length, origin) {
+    this.position.fromArray(origin);
     const calibrated = cameras.filter((camera) => camera.calibrated);
     const state = calibrated.map(({ translation, rotation, fx }) => [...translation, ...rotation, fx].join()).join();
     if (state === this.#shown) return;
@@ -37,11 +37,12 @@ export class CameraFrusta extends LineSegments {
     const lines = [];
     for (const camera of calibrated) {
       const rim = border(camera).map(([u, v]) => camera.unproject(u, v));
-      const points = rim.map((ray) => ray && place(camera, ray, length));
+      const centre = camera.centre.map((x, k) => x - origin[k]);
+      const points = rim.map((ray) => ray && along(camera, ray, length).map((x, k) => centre[k] + x));
       points.forEach((point, i) => {
         const next = points[(i + 1) % points.length];
         if (point && next) lines.push(...point, ...next);
-        if (point && i % STEPS === 0) lines.push(...camera.centre, ...point);
+        if (point && i % STEPS === 0) lines.push(...centre, ...point);
       });
     }
     this.geometry.dispose();

@@ -49,7 +49,7 @@ function resize() {
 
 /** Moves the viewer so that all of the first frame is in the picture, seen from the direction of the first camera. */
 function frameScene(frame) {
-  if (object.mesh.visible) box.copy(object.mesh.geometry.boundingBox);
+  if (object.mesh.visible) box.copy(object.mesh.geometry.boundingBox).translate(object.mesh.position);
   else box.setFromCenterAndSize(new Vector3(), new Vector3(2, 2, 2));
   const centre = box.getCenter(new Vector3());
   const size = box.getSize(new Vector3()).length();
@@ -78,7 +78,7 @@ function listCameras(frame) {
 
 async function show(frame) {
   await object.show(frame);
-  frusta.show(frame.cameras, 0.35);
+  frusta.show(frame.cameras, 0.35, frame.configuration.localOrigin);
   const first = current === null;
   current = { number: frame.number, cameras: frame.cameras };
   if (first) {

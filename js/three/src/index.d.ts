@@ -30,7 +30,10 @@ export class FvvObject3D extends Object3D {
   readonly frame: { number: number; seconds: number } | null;
   /** Number of cameras that give colours in this frame, 64 at most. */
   readonly viewCount: number;
-  /** The drawn mesh. Its geometry has position, normal, uv and index, written in place; drawRange is the part in use. */
+  /**
+   * The drawn mesh. Its geometry has position, normal, uv and index, written in place; drawRange is the part in use. Its
+   * positions count from the mesh's own, which is the origin of the stream's localPositions: (0, 0, 0) near 0.
+   */
   readonly mesh: Mesh;
   dispose(): void;
 }

@@ -6,6 +6,8 @@ import {
   lensesOf,
   loadPictures,
   MAX_WEIGHT_TEXELS,
+  originOf,
+  pointsOf,
   projection,
   texturingOf,
   usesLevels,
@@ -96,13 +98,14 @@ class MeshGeometry extends BufferGeometry {
 
   /** mesh: the mesh of a frame. Its arrays are copied. */
   show(mesh) {
-    this.#fill("position", mesh.positions, 3);
+    const points = pointsOf(mesh);
+    this.#fill("position", points, 3);
     this.#fill("normal", mesh.normals, 3);
     this.#fill("uv", mesh.uvs, 2);
     this.#fill("vertexColour", mesh.colours, 4);
     this.#fill("index", mesh.faces, 1);
     this.setDrawRange(0, mesh.faces.length);
-    this.#extent.setFromArray(mesh.positions);
+    this.#extent.setFromArray(points);
     this.boundingBox = this.#extent.clone();
     this.boundingSphere = this.#extent.getBoundingSphere(this.boundingSphere ?? new Sphere());
   }
@@ -221,6 +224,8 @@ export class FvvObject3D extends Object3D {
   #showMesh(frame, pictures) {
     const { mesh } = frame;
     this.#geometry.show(mesh);
+    // three multiplies matrices in doubles, and the geometry counts from the origin.
+    this.#mesh.position.fromArray(originOf(frame));
     // An explicit colour overrides those of the stream.
     this.#define("COLOURS", mesh.colours && (this.#texturing.unseen ?? null) === null ? 1 : undefined);
     const layout = this.#pictures.show(this.#renderer, pictures);

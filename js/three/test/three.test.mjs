@@ -9,6 +9,7 @@ import { after, before, describe, test } from "node:test";
 
 import { bundle, bundleExample } from "../bundle.mjs";
 import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
+import { moveCapture } from "../../testing/moved_capture.mjs";
 import { serveFolder, tool } from "../../testing/served.mjs";
 
 /** dB over the foreground. A percent of its pixels, at edges, is of another surface. */
@@ -31,6 +32,9 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     mux("small", "spread", "--video-tracks", "3");
     mux("small", "vp9", "--codec", "vp9");
     mux("small", "maps", "--visibility", "none", "--codec", "jpeg", "--quality", "90");
+    const by = [4000000, -2500000.5, 4700000.25];
+    moveCapture(at("small"), "far", { by });
+    mux("small/far.json", "far", "--visibility", "none", "--frames", "0-0", "--codec", "jpeg", "--quality", "90");
     const texturing = [
       "--texture-best",
       "1",
@@ -154,6 +158,10 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     assertAlike(found);
   });
   test("several video tracks", async () => assertAlike(await compare("mapped", 0, [0, 1], bits)));
+  test("map coordinates", async () => {
+    assertAlike(await compare("far", 0, [0, 3], maps));
+    assertAlike(await compare("far", 0, [0, 3], { ...maps, turned: true }));
+  });
   test("fisheye lenses", async () => assertAlike(await compare("bent", 1, [0], maps)));
   test("an object that is rotated and scaled", async () => {
     assertAlike(await compare("maps", 0, [0, 3], { ...maps, turned: true }));

@@ -1,6 +1,8 @@
 // Poses of the viewer: axes of a stream, movements, and the first view of a scene. A pose is {eye, target, up, fov}: metres
 // of the stream, and the vertical angle of view in radians. Poses are immutable.
 
+import { pointsOf } from "@fvv/shading";
+
 import { add, cross, dot, length, mix, normalise, scale, subtract } from "../vectors.js";
 
 /** The vertical and the front of each named axis. With y up the front is +z and the right +x, as in glTF. */
@@ -160,7 +162,10 @@ export const EMPTY_EXTENT = { centre: [0, 0, 0], radius: 1, low: [-1, -1, -1], h
 
 /** {centre, radius, low, high} of the mesh; without a mesh, of the cameras. */
 export function extentOf(frame) {
-  const points = frame.mesh?.positions.length ? frame.mesh.positions : frame.cameras.flatMap(({ centre }) => centre);
+  const { mesh, cameras } = frame;
+  const hasMesh = mesh?.positions.length > 0;
+  const points = hasMesh ? pointsOf(mesh) : cameras.flatMap(({ centre }) => centre);
+  const origin = (hasMesh && mesh.origin) || [0, 0, 0];
   if (!points.length) return EMPTY_EXTENT;
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];
@@ -169,10 +174,10 @@ export function extentOf(frame) {
     high[i % 3] = Math.max(high[i % 3], points[i]);
   }
   return {
-    centre: low.map((x, i) => (x + high[i]) / 2),
+    centre: low.map((x, i) => origin[i] + (x + high[i]) / 2),
     radius: Math.max(length(subtract(high, low)) / 2, 1e-6),
-    low,
-    high,
+    low: add(origin, low),
+    high: add(origin, high),
   };
 }
 

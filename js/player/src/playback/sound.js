@@ -95,6 +95,7 @@ class Voice {
 /** A track: blocks that may still be needed, and the way of its sound to the device. */
 class Track {
   #about;
+  #origin = [0, 0, 0];
   #context = null;
   #input = null; // of the way to the device
   #panner = null;
@@ -105,9 +106,10 @@ class Track {
     this.#about = about;
   }
 
-  /** scale: length in the scene at which sound has its full volume. */
-  connect(context, output, scale) {
+  /** scale: length in the scene at which sound has its full volume. origin: what places count from, as the listener's. */
+  connect(context, output, scale, origin) {
     this.#context = context;
+    this.#origin = origin;
     this.#input = output;
     if (!this.#about.position && !this.#about.moves) return;
     this.#panner = new PannerNode(context, {
@@ -171,8 +173,9 @@ class Track {
     const { currentTime } = this.#context;
     ["positionX", "positionY", "positionZ"].forEach((axis, i) => {
       const parameter = this.#panner[axis];
-      if (at > currentTime) parameter.linearRampToValueAtTime(place[i], at);
-      else parameter.setValueAtTime(place[i], currentTime);
+      const value = place[i] - this.#origin[i];
+      if (at > currentTime) parameter.linearRampToValueAtTime(value, at);
+      else parameter.setValueAtTime(value, currentTime);
     });
   }
 }
@@ -197,6 +200,7 @@ export class Sound {
   #master = null;
   #tracks = new Map();
   #configured = "[]";
+  #origin = [0, 0, 0]; // parameters of the device have 32 bits, as shaders do
   #present = false;
   #timer = null;
   #offset = 0; // milliseconds: now() is performance.now() and this
@@ -249,7 +253,10 @@ export class Sound {
 
   /** Takes the events of a decoder. */
   follow(decoder) {
-    decoder.addEventListener("configuration", ({ detail }) => this.#configure(detail.sounds ?? []));
+    decoder.addEventListener("configuration", ({ detail }) => {
+      this.#origin = detail.localOrigin ?? [0, 0, 0];
+      this.#configure(detail.sounds ?? []);
+    });
     decoder.addEventListener("soundrestart", () => this.#restart());
     decoder.addEventListener("restart", () => this.#restart());
     // Sound arrives before the configuration does.
@@ -280,7 +287,7 @@ export class Sound {
     this.update();
   }
   #connect() {
-    for (const track of this.#tracks.values()) track.connect(this.#context, this.#master, this.#scale());
+    for (const track of this.#tracks.values()) track.connect(this.#context, this.#master, this.#scale(), this.#origin);
   }
 
   #take(block) {
@@ -404,8 +411,9 @@ export class Sound {
     const pose = this.#listener();
     if (!pose) return;
     const { listener, currentTime } = this.#context;
-    const { eye, target, up } = pose;
-    const forward = eye.map((x, i) => target[i] - x);
+    const { target, up } = pose;
+    const forward = target.map((x, i) => x - pose.eye[i]);
+    const eye = pose.eye.map((x, i) => x - this.#origin[i]);
     if (!listener.positionX) {
       listener.setPosition(...eye);
       listener.setOrientation(...forward, ...up);

@@ -1,5 +1,7 @@
 // The static environment: meshes in one colour or with one picture, and the shadows on them.
 
+import { pointsOf } from "@fvv/shading";
+
 import { boundsOf, joined } from "./matrices.js";
 import { MeshBuffers, newTexture } from "./resources.js";
 import { lighting } from "./shadows.js";
@@ -58,6 +60,8 @@ export class Environment {
   #textures = [];
   #white;
   bounds = null;
+  /** What its points and bounds count from, as those of the stream's meshes do; null: it is empty. */
+  origin = null;
 
   constructor(gl, programs, counters) {
     this.#gl = gl;
@@ -81,7 +85,8 @@ export class Environment {
         mesh.show(part);
         const texture = part.picture === null ? this.#white : this.#upload(images[part.picture], part.clamped);
         this.#parts.push({ part, mesh, texture });
-        this.bounds = joined(this.bounds, boundsOf(part.positions));
+        this.bounds = joined(this.bounds, boundsOf(pointsOf(part)));
+        this.origin = part.origin ?? [0, 0, 0];
       }
   }
 
@@ -120,7 +125,7 @@ export class Environment {
     for (const texture of this.#textures) this.#gl.deleteTexture(texture);
     this.#parts = [];
     this.#textures = [];
-    this.bounds = null;
+    this.bounds = this.origin = null;
   }
 
   close() {

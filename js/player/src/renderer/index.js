@@ -1,10 +1,10 @@
 // Draws frames of free-viewpoint video from any viewpoint in WebGL 2, as specified in docs/tools/fvvrender.md. Depth and shadow
 // maps are drawn once per frame, and a picture is not drawn again if it would be the same.
 
-import { checkTexturing, layoutOf, loadPictures, MAX_BEST, MAX_VIEWS, viewsOf } from "@fvv/shading";
+import { checkTexturing, layoutOf, loadPictures, MAX_BEST, MAX_VIEWS, originOf, pointsOf, viewsOf } from "@fvv/shading";
 
 import { decodeEnvironments } from "./environment.js";
-import { boundsOf } from "./matrices.js";
+import { boundsOf, moved } from "./matrices.js";
 import { Pipeline } from "./pipeline.js";
 import { Uploads } from "./resources.js";
 import { MAX_LIGHTS, MAX_SHADOWS } from "./shadows.js";
@@ -39,9 +39,11 @@ class Content {
     this.pictures = pictures;
     this.mesh = mesh?.faceCount ? mesh : null;
     this.layout = layoutOf(pictures);
+    // The views, bounds and points of what is drawn count from here.
+    this.origin = originOf(frame);
     this.views = viewsOf(frame, this.layout.places);
     this.tiles = tilesOf(frame, this.layout.places);
-    this.bounds = this.mesh && boundsOf(mesh.positions);
+    this.bounds = this.mesh && boundsOf(pointsOf(mesh));
     const atlas = configuration.videos.find(({ shows, track }) => shows === "atlas" && this.layout.places.has(track));
     const place = atlas && this.layout.places.get(atlas.track);
     // A texture atlas is used if there are no cameras.
@@ -175,7 +177,8 @@ export class Renderer extends EventTarget {
 
   /** Bounds of the mesh that is shown, {min, max}; null: no mesh. */
   get bounds() {
-    return this.#content?.bounds ?? null;
+    const { bounds, origin } = this.#content ?? {};
+    return bounds ? moved(bounds, origin) : null;
   }
 
   async show(frame) {

@@ -16,6 +16,11 @@ export function boundsOf(positions) {
   return { min, max };
 }
 
+/** Bounds by an offset. */
+export function moved({ min, max }, by) {
+  return { min: min.map((value, k) => value + by[k]), max: max.map((value, k) => value + by[k]) };
+}
+
 export function joined(a, b) {
   if (!a || !b) return a ?? b;
   return {

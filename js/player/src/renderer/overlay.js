@@ -1,7 +1,9 @@
 // Overlays for orientation: cameras as frusta, bent by their lenses, optionally with their pictures, and a grid on the
 // ground.
 
-import { cross, normalise } from "../vectors.js";
+import { viewFrom } from "@fvv/shading";
+
+import { cross, normalise, subtract } from "../vectors.js";
 import { GrowingBuffer } from "./resources.js";
 
 /** Points along a side of a picture. */
@@ -49,15 +51,17 @@ void main() { outColour = vec4(texture(pictures, vPlace / pictureSize).rgb, 1.0)
 `,
 };
 
-/** R^T (depth ray - t): world metres. */
+/** R^T (depth ray - t): metres from where the translation counts. */
 function place({ rotation: r, translation: t }, ray, depth) {
   const at = ray.map((x, i) => depth * x - t[i]);
   return [0, 1, 2].map((i) => r[i] * at[0] + r[3 + i] * at[1] + r[6 + i] * at[2]);
 }
 
-/** Seven floats per vertex: position and colour. */
-function frustumLines(camera, length, colour) {
+/** Seven floats per vertex: position from origin, and colour. */
+function frustumLines(camera, origin, length, colour) {
   const { width, height } = camera;
+  const local = viewFrom(origin, camera);
+  const centre = subtract(camera.centre, origin);
   const rim = [];
   for (let i = 0; i < STEPS; i++) rim.push([(width * i) / STEPS, 0]);
   for (let i = 0; i < STEPS; i++) rim.push([width, (height * i) / STEPS]);
@@ -65,23 +69,24 @@ function frustumLines(camera, length, colour) {
   for (let i = 0; i < STEPS; i++) rim.push([0, height - (height * i) / STEPS]);
   const points = rim.map(([u, v]) => {
     const ray = camera.unproject(u, v);
-    return ray && place(camera, ray, length);
+    return ray && place(local, ray, length);
   });
   const out = [];
   points.forEach((point, i) => {
     const next = points[(i + 1) % points.length];
     if (point && next) out.push(...point, ...colour, ...next, ...colour);
-    if (point && i % STEPS === 0) out.push(...camera.centre, ...colour, ...point, ...colour);
+    if (point && i % STEPS === 0) out.push(...centre, ...colour, ...point, ...colour);
   });
   return out;
 }
 
 /** The tile of a view as triangles. */
-function pictureTriangles({ camera, source, place: tile }, length) {
+function pictureTriangles({ camera, translation, source, place: tile }, length) {
+  const { rotation } = camera;
   const corner = (i, j) => {
     const ray = camera.unproject(source.x + (source.width * i) / STEPS, source.y + (source.height * j) / STEPS);
     const texel = [tile.x + (tile.width * i) / STEPS, tile.y + (tile.height * j) / STEPS];
-    return ray && [...place(camera, ray, length), ...texel, 0, 0];
+    return ray && [...place({ rotation, translation }, ray, length), ...texel, 0, 0];
   };
   const out = [];
   for (let j = 0; j < STEPS; j++)
@@ -92,7 +97,8 @@ function pictureTriangles({ camera, source, place: tile }, length) {
   return out;
 }
 
-function gridLines({ centre, up = [0, 1, 0], extent = 3, step = 0.5, colour = GRID }) {
+function gridLines({ centre: middle, up = [0, 1, 0], extent = 3, step = 0.5, colour = GRID }, origin) {
+  const centre = subtract(middle, origin);
   const side = cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
   const across = normalise(side);
   const along = cross(across, up);
@@ -142,17 +148,18 @@ export class Overlay {
     this.#shown = null;
   }
 
-  /** views: of the frame. */
-  prepare({ frusta, grid }, views) {
-    const shown = JSON.stringify([frusta?.length, frusta?.selected, frusta?.picturePlanes, frusta?.only, grid]);
+  /** views: of the frame; origin: what they count from. */
+  prepare({ frusta, grid }, views, origin) {
+    const shown = JSON.stringify([frusta?.length, frusta?.selected, frusta?.picturePlanes, frusta?.only, grid, origin]);
     if (this.#shown?.key === shown && this.#shown.cameras === frusta?.cameras) return;
     this.#shown = { key: shown, cameras: frusta?.cameras };
-    const corners = grid ? gridLines(grid) : [];
+    const corners = grid ? gridLines(grid, origin) : [];
     const triangles = [];
     if (frusta) {
       const { cameras = [], selected = null, length = 0.35, only = null } = frusta;
       for (const camera of only === null ? cameras : [])
-        if (camera.calibrated) corners.push(...frustumLines(camera, length, camera.id === selected ? SELECTED : OTHER));
+        if (camera.calibrated)
+          corners.push(...frustumLines(camera, origin, length, camera.id === selected ? SELECTED : OTHER));
       if (frusta.picturePlanes)
         for (const view of views)
           if (only === null || view.camera.id === only) triangles.push(...pictureTriangles(view, length));

@@ -1,7 +1,9 @@
 // Everything that belongs to one WebGL context. After the loss of the context another pipeline is created.
 
+import { viewFrom } from "@fvv/shading";
+
 import { Environment } from "./environment.js";
-import { clippingOf, joined, projectionOf, raysOf } from "./matrices.js";
+import { clippingOf, joined, moved, projectionOf, raysOf } from "./matrices.js";
 import { Overlay } from "./overlay.js";
 import { PictureTexture } from "./pictures.js";
 import { Programs } from "./programs.js";
@@ -58,17 +60,20 @@ export class Pipeline {
   }
 
   /** framebuffer: null for the canvas. Only the viewport of the view is changed. */
-  draw(view, options, framebuffer = null) {
-    const gl = this.#gl;
+  draw(given, options, framebuffer = null) {
     const content = this.#content;
+    // Whatever reaches the GPU counts from the origin of the stream: its floats do not hold coordinates of maps.
+    const origin = content?.origin ?? this.#environment.origin ?? [0, 0, 0];
+    const view = viewFrom(origin, given);
     const surface = content?.mesh ? this.#surface : null;
     const around = options.environment && !this.#environment.empty ? this.#environment : null;
     if (options.sheet) return this.#drawSheet(view, options, framebuffer);
     surface?.prepare(options);
-    if (around) this.#shadows.prepare(surface?.mesh ?? null, content?.bounds);
-    this.#overlay.prepare(options, content?.views ?? []);
+    if (around) this.#shadows.prepare(surface?.mesh ?? null, content?.bounds, origin);
+    this.#overlay.prepare(options, content?.views ?? [], origin);
     this.#clear(view, options, framebuffer);
-    const viewer = this.#viewer(view, joined(content?.bounds ?? null, around?.bounds ?? null), options);
+    const drawn = joined(content?.bounds ?? null, around?.bounds ?? null);
+    const viewer = this.#viewer(view, joined(drawn, overlayBounds(options, origin)));
     if (surface) surface.draw(this.#pictures, viewer, options);
     if (around) around.draw(viewer, options.shadows ? this.#shadows : { ...noShadows, texture: this.#shadows.texture });
     if (options.sky) this.#sky.draw(view, viewer.pixelToRay, options);
@@ -92,8 +97,8 @@ export class Pipeline {
     gl.disable(gl.SCISSOR_TEST);
   }
 
-  #viewer(view, bounds, { frusta, grid }) {
-    const clipping = clippingOf(joined(bounds, overlayBounds(frusta, grid)), view);
+  #viewer(view, bounds) {
+    const clipping = clippingOf(bounds, view);
     const own = clippingOf(this.#content?.bounds ?? null, view);
     return {
       worldToClip: projectionOf(view, clipping),
@@ -115,9 +120,12 @@ export class Pipeline {
   }
 }
 
+const negated = (offset) => offset.map((x) => -x);
+
 const noShadows = { uniforms: { lightCount: 0 } };
 
-function overlayBounds(frusta, grid) {
+/** Relative to origin. */
+function overlayBounds({ frusta, grid }, origin) {
   let bounds = null;
   const add = (centre, radius) => {
     const box = { min: centre.map((x) => x - radius), max: centre.map((x) => x + radius) };
@@ -125,5 +133,5 @@ function overlayBounds(frusta, grid) {
   };
   for (const camera of frusta?.cameras ?? []) if (camera.calibrated) add(camera.centre, 3 * (frusta.length ?? 0.35));
   if (grid) add(grid.centre, 1.5 * (grid.extent ?? 3));
-  return bounds;
+  return bounds && moved(bounds, negated(origin));
 }

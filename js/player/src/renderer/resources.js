@@ -1,5 +1,7 @@
 // Textures, buffers and layers of one WebGL context, and the count of uploaded bytes.
 
+import { pointsOf } from "@fvv/shading";
+
 /** Allocates a quarter more: sizes of meshes with changing topology differ by less from frame to frame. */
 const SPARE = 1.25;
 
@@ -173,7 +175,7 @@ export class Layers {
 
 /** Names and components; bytes are fractions of 255. */
 const ATTRIBUTES = [
-  ["positions", 3],
+  ["points", 3],
   ["normals", 3],
   ["uvs", 2],
   ["colours", 4],
@@ -205,11 +207,12 @@ export class MeshBuffers {
     this.#mesh = mesh;
     this.#edges = null;
     gl.bindVertexArray(this.#array);
+    const arrays = { ...mesh, points: pointsOf(mesh) };
     ATTRIBUTES.forEach(([name, components], i) => {
-      if (!mesh[name]) return gl.disableVertexAttribArray(i);
-      this.#buffer(name, gl.ARRAY_BUFFER).write(mesh[name]);
+      if (!arrays[name]) return gl.disableVertexAttribArray(i);
+      this.#buffer(name, gl.ARRAY_BUFFER).write(arrays[name]);
       gl.enableVertexAttribArray(i);
-      const bytes = mesh[name] instanceof Uint8Array;
+      const bytes = arrays[name] instanceof Uint8Array;
       gl.vertexAttribPointer(i, components, bytes ? gl.UNSIGNED_BYTE : gl.FLOAT, bytes, 0, 0);
     });
     this.#buffer("indices", gl.ELEMENT_ARRAY_BUFFER).write(mesh.faces);

@@ -111,17 +111,19 @@ export class Shadows {
     this.#drawn = false;
   }
 
-  /** mesh: MeshBuffers, or null; bounds: of the mesh. */
-  prepare(mesh, bounds) {
+  /** mesh: MeshBuffers, or null; bounds: of the mesh; origin: what these and the environment count from. */
+  prepare(mesh, bounds, origin) {
     if (this.#drawn) return;
     this.#drawn = true;
     const matrices = [];
-    const layerOf = this.#lights.map((light) => {
+    const place = ({ position, ...light }) => ({ ...light, position: position.map((x, k) => x - origin[k]) });
+    const lights = this.#lights.map(place);
+    const layerOf = lights.map((light) => {
       if (!mesh || !light.castsShadows || matrices.length === MAX_SHADOWS) return -1;
       const matrix = lampProjection(light, sphereOf(bounds));
       return matrix ? matrices.push(matrix) - 1 : -1;
     });
-    this.#setUniforms(layerOf, matrices);
+    this.#setUniforms(lights, layerOf, matrices);
     if (!matrices.length) return;
     const gl = this.#gl;
     this.#layers.resize({ width: SIDE, height: SIDE, layers: MAX_SHADOWS });
@@ -136,19 +138,19 @@ export class Shadows {
     gl.disable(gl.POLYGON_OFFSET_FILL);
   }
 
-  #setUniforms(layerOf, matrices) {
-    const table = (row) => new Float32Array(this.#lights.flatMap(row));
+  #setUniforms(lights, layerOf, matrices) {
+    const table = (row) => new Float32Array(lights.flatMap(row));
     const all = new Float32Array(16 * MAX_SHADOWS);
     matrices.forEach((matrix, i) => all.set(matrix, 16 * i));
     this.#uniforms = {
-      lightCount: this.#lights.length,
+      lightCount: lights.length,
       lightPlaces: table((light) => [...light.position, kinds.indexOf(light.type)]),
       lightDirections: table((light) => [...light.direction, light.range]),
       lightColours: table((light, i) => [...light.colour.map((value) => value * light.intensity), layerOf[i]]),
       lightCones: table((light) => [Math.cos(light.innerCone), Math.cos(light.outerCone), 0, 0]),
       worldToLamps: all,
     };
-    if (!this.#lights.length) this.#uniforms = { lightCount: 0 };
+    if (!lights.length) this.#uniforms = { lightCount: 0 };
   }
 
   close() {

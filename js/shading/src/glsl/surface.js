@@ -1,6 +1,6 @@
 // Shaders of the surface: projection through the cameras of the table of views, their depth maps, and the blending of the
-// best cameras at a point, by the rules of docs/tools/fvvrender.md. All coordinates are those of the stream; only the viewer's
-// matrices include the surrounding scene.
+// best cameras at a point, by the rules of docs/tools/fvvrender.md. All coordinates are those of the stream, relative to
+// originOf; only the viewer's matrices include the surrounding scene.
 
 import { LEVELS, SHARP } from "../views.js";
 
