@@ -2,6 +2,7 @@
 #include "fvv_catch.h"
 
 #include "fvv_render/rasteriser.h"
+#include "fvv_render/scene_lengths.h"
 
 #include <algorithm>
 #include <cmath>
@@ -165,10 +166,12 @@ TEST_CASE("of a triangle from behind the camera only the part beyond the near pl
   floor.faces = {a, b, c};
   SampleBuffer buffer(32, 32, 1);
   rasterise(Projection(camera), floor.mesh(), buffer);
+  const double nearest = near_plane(floor.mesh());
+  REQUIRE(nearest == 0.01);
   for (size_t y = 0; y < 32; y++)
     for (size_t x = 0; x < 32; x++) {
       const double v = (y + 0.5 - 16) / 16, u = (x + 0.5 - 16) / 16, z = v > 0 ? 0.5 / v : -1;
-      const bool inside = z >= near_plane && z < 4 && std::abs(u * z) < 4 - z;
+      const bool inside = z >= nearest && z < 4 && std::abs(u * z) < 4 - z;
       INFO("pixel " << x << " " << y);
       CHECK((buffer.face[y * 32 + x] == 0) == inside);
       if (inside) CHECK(buffer.depth[y * 32 + x] == Approx(z).epsilon(1e-6));

@@ -1,6 +1,7 @@
 // View-dependent texture against directly computed pictures.
 #include "fvv_catch.h"
 
+#include "fvv_render/scene_lengths.h"
 #include "view_fixture.h"
 
 #include <algorithm>
@@ -277,14 +278,15 @@ TEST_CASE("cameras behind, beside, and on the near plane of a surface") {
   options.threshold = 0.25;
   options.best = 8;
   Sources sources;
-  sources.plain(looking({0, 0, 3}, {}, 64, 64, 60), {});               // 0: sees the back
-  sources.plain(looking({0, 0, -3}, {0, 0, -6}, 64, 64, 60), {});      // 1: looks away
-  sources.plain(looking(at_angle(0.26, 0), {}, 64, 64, 60), {});       // 2: grazing, above the threshold
-  sources.plain(looking(at_angle(0.24, 0), {}, 64, 64, 60), {});       // 3: grazing, below
-  sources.plain(looking({1, 0, -1}, {0, 0, -0.4}, 64, 64, 30), {});    // 4: the plane continues behind it
-  sources.plain(with_lens(sources.views[4].camera, -0.1, 0), {});      // 5: the same through a lens
-  sources.plain(looking({0, 0, -near_plane / 2}, {}, 64, 64, 60), {}); // 6: nearer than the near plane
-  sources.plain(looking({20, 0, -20}, {20, 0, 0}, 64, 64, 60), {});    // 7: beside its picture
+  sources.plain(looking({0, 0, 3}, {}, 64, 64, 60), {});            // 0: sees the back
+  sources.plain(looking({0, 0, -3}, {0, 0, -6}, 64, 64, 60), {});   // 1: looks away
+  sources.plain(looking(at_angle(0.26, 0), {}, 64, 64, 60), {});    // 2: grazing, above the threshold
+  sources.plain(looking(at_angle(0.24, 0), {}, 64, 64, 60), {});    // 3: grazing, below
+  sources.plain(looking({1, 0, -1}, {0, 0, -0.4}, 64, 64, 30), {}); // 4: the plane continues behind it
+  sources.plain(with_lens(sources.views[4].camera, -0.1, 0), {});   // 5: the same through a lens
+  sources.plain(looking({0, 0, -near_plane(shape.mesh()) / 2}, {}, 64, 64, 60),
+                {});                                                // 6: nearer than the near plane
+  sources.plain(looking({20, 0, -20}, {20, 0, 0}, 64, 64, 60), {}); // 7: beside its picture
   const auto found = used(render(shape, sources, spot({}), options));
   const std::vector<uint32_t> expected =
       visibility == Visibility::rays ? std::vector<uint32_t>{6, 4, 5, 2} : std::vector<uint32_t>{4, 5, 2};

@@ -2,6 +2,7 @@
 #include "fvv/mesh.h"
 #include "fvv/visibility.h"
 #include "fvv_render/occlusion.h"
+#include "fvv_render/scene_lengths.h"
 #include "fvv_render/visibility_fit.h"
 #include "view_fixture.h"
 
@@ -195,9 +196,10 @@ TEST_CASE("stability: faces behind the camera, through its plane, and at the nea
     bool seen;
   };
   const fvv_camera camera = looking({0, 0, -4}, {0, 0, 0}, 200, 200, 100);
+  constexpr double nearest = 0.01; // of a square whose sides are 2
   const Place places[] = {{"in front", 0, true},
-                          {"at the near plane", -4 + near_plane, false},
-                          {"nearer than the near plane", -4 + near_plane / 10, false},
+                          {"at the near plane", -4 + nearest, false},
+                          {"nearer than the near plane", -4 + nearest / 10, false},
                           {"behind", -5, false},
                           {"far behind", -400, false}};
   for (const Place &place : places) {
@@ -208,7 +210,8 @@ TEST_CASE("stability: faces behind the camera, through its plane, and at the nea
     // So near, no corner and no centroid is in the picture: such faces count as not seen.
     CHECK(count(seen_vertices(camera, shape, rays)) == (place.seen ? 4u : 0u));
     const DepthMap map(camera, shape.mesh(), {});
-    if (place.z <= -4 + near_plane / 10) CHECK(map.hidden({0, 0, place.z}, {0, 0, -1}));
+    CHECK(near_plane(shape.mesh()) == nearest);
+    if (place.z <= -4 + nearest / 10) CHECK(map.hidden({0, 0, place.z}, {0, 0, -1}));
   }
   // A floor that runs from in front of the camera to behind it.
   Shape floor;

@@ -2,6 +2,7 @@
 #include "fvv_render/colour_match.h"
 
 #include "fvv_render/normals.h"
+#include "fvv_render/scene_lengths.h"
 
 #include <algorithm>
 #include <cmath>
@@ -239,11 +240,12 @@ PlaceLight MatchSurface::light(const MatchView &view) const {
   const double to_column = double(view.camera.width) / camera.width,
                to_row = double(view.camera.height) / camera.height;
   const Vec3 centre = projection.centre();
+  const double nearest = near_plane(mesh());
   PlaceLight out(3 * places.size());
   for (size_t i = 0; i < places.size(); i++) {
     const float *p = &positions[3 * size_t(places[i])];
     const Vec3 place = {double(p[0]), double(p[1]), double(p[2])}, local = projection.to_camera(place);
-    if (!(local.z > near_plane) || !(dot(normals[i], normalised(centre - place)) >= least_cosine)) continue;
+    if (!(local.z > nearest) || !(dot(normals[i], normalised(centre - place)) >= least_cosine)) continue;
     const Vec3 pixel = projection.to_pixel(local);
     const double u = pixel.x / pixel.z, v = pixel.y / pixel.z;
     if (!(u >= 0 && v >= 0 && u < camera.width && v < camera.height)) continue;

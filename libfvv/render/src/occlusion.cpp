@@ -1,5 +1,7 @@
 #include "fvv_render/occlusion.h"
 
+#include "fvv_render/scene_lengths.h"
+
 #include <algorithm>
 #include <limits>
 
@@ -46,7 +48,7 @@ struct Field {
 } // namespace
 
 DepthMap::DepthMap(const fvv_camera &camera, const Mesh &mesh, const DepthTest &chosen)
-    : test(chosen), breadth_x(1 / camera.fx), breadth_y(1 / camera.fy) {
+    : test(chosen), nearest(near_plane(mesh)), breadth_x(1 / camera.fx), breadth_y(1 / camera.fy) {
   // Pixels of one breadth, also beyond the border: a lens bends least in its centre.
   const Field field = Field::of(camera);
   const double widths[4] = {-field.left, field.right, -field.top, field.bottom};
@@ -86,7 +88,7 @@ void DepthMap::crop(const SampleBuffer &buffer) {
 
 bool DepthMap::hidden(Vec3 point, Vec3 face_normal) const {
   const Vec3 at = projection->to_camera(point);
-  if (!(at.z >= near_plane)) return true;
+  if (!(at.z >= nearest)) return true;
   const Vec3 pixel = projection->to_pixel(at);
   const double column = std::floor(pixel.x / pixel.z * test.samples),
                row = std::floor(pixel.y / pixel.z * test.samples);

@@ -1,10 +1,13 @@
 // The rasteriser: projection, clipping, integer coverage, depth from the unclipped triangle.
 #include "fvv_render/rasteriser.h"
 
+#include "fvv_render/scene_lengths.h"
+
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 namespace fvv::render {
 
@@ -27,12 +30,16 @@ struct Plane {
   double value(Vec3 p) const { return dot(normal, p) + offset; }
 };
 
-constexpr Plane planes[] = {{{0, 0, 1}, -near_plane},
-                            {{1, 0, guard}, 0},
-                            {{-1, 0, guard}, 0},
-                            {{0, 1, guard}, 0},
-                            {{0, -1, guard}, 0}};
-constexpr size_t max_corners = 3 + sizeof planes / sizeof planes[0];
+// The nearest one, then those at the sides.
+using Planes = std::array<Plane, 5>;
+Planes planes_from(double nearest) {
+  return {{{{0, 0, 1}, -nearest},
+           {{1, 0, guard}, 0},
+           {{-1, 0, guard}, 0},
+           {{0, 1, guard}, 0},
+           {{0, -1, guard}, 0}}};
+}
+constexpr size_t max_corners = 3 + std::tuple_size<Planes>::value;
 
 struct Polygon {
   std::array<Vec3, max_corners> corner;
@@ -54,7 +61,7 @@ Polygon clipped(const Polygon &in, const Plane &plane) {
 }
 
 // Clips one triangle of homogeneous pixels; an empty polygon when nothing is left.
-Polygon clip(const std::array<Vec3, 3> &triangle) {
+Polygon clip(const std::array<Vec3, 3> &triangle, const Planes &planes) {
   Polygon polygon;
   polygon.size = 3;
   std::copy(triangle.begin(), triangle.end(), polygon.corner.begin());
@@ -106,8 +113,9 @@ struct Corner {
 
 class Drawing {
 public:
-  Drawing(const Projection &projection, SampleBuffer &target, bool has_depth)
-      : camera(projection), buffer(target), depth(has_depth) {}
+  Drawing(const Projection &projection, double nearest, SampleBuffer &target, bool has_depth)
+      : camera(projection), buffer(target), unclipped(2 * nearest), planes(planes_from(nearest)),
+        depth(has_depth) {}
 
   Corner corner(Vec3 world) const {
     Corner out = {};
@@ -115,16 +123,16 @@ public:
     out.pixel = camera.to_pixel(out.point);
     out.finite = finite(out.pixel);
     const double most = guard / 2 * out.pixel.z;
-    out.inside = out.pixel.z > 2 * near_plane && std::abs(out.pixel.x) < most && std::abs(out.pixel.y) < most;
+    out.inside = out.pixel.z > unclipped && std::abs(out.pixel.x) < most && std::abs(out.pixel.y) < most;
     if (out.inside) out.rounded = rounded(out.pixel);
     return out;
   }
 
-  void triangle(const Corner &a, const Corner &b, const Corner &c, uint32_t face) {
+  void triangle(const Corner &a, const Corner &b, const Corner &c, uint32_t face) const {
     if (!a.finite || !b.finite || !c.finite) return;
     const std::array<Vec3, 3> points = {a.point, b.point, c.point};
     if (a.inside && b.inside && c.inside) return fill(a.rounded, b.rounded, c.rounded, points, face);
-    const Polygon polygon = clip({a.pixel, b.pixel, c.pixel});
+    const Polygon polygon = clip({a.pixel, b.pixel, c.pixel}, planes);
     if (polygon.size < 3) return;
     std::array<Point, max_corners> corner;
     for (size_t i = 0; i < polygon.size; i++) corner[i] = rounded(polygon.corner[i]);
@@ -138,7 +146,7 @@ private:
             int64_t(std::floor(pixel.y / pixel.z * scale + 0.5))};
   }
 
-  void fill(Point a, Point b, Point c, const std::array<Vec3, 3> &points, uint32_t face) {
+  void fill(Point a, Point b, Point c, const std::array<Vec3, 3> &points, uint32_t face) const {
     const int64_t area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     if (area == 0) return;
     if (area < 0) std::swap(b, c);
@@ -175,7 +183,7 @@ private:
   }
 
   void sample(size_t at, int64_t column, int64_t row, const FaceInterpolator &interpolator,
-              const std::array<Vec3, 3> &points, uint32_t face) {
+              const std::array<Vec3, 3> &points, uint32_t face) const {
     const double spacing = buffer.samples;
     const auto weight =
         interpolator.at(camera.ray((double(column) + 0.5) / spacing, (double(row) + 0.5) / spacing));
@@ -187,6 +195,8 @@ private:
 
   const Projection &camera;
   SampleBuffer &buffer;
+  const double unclipped; // z_c from which on nothing is nearer than the nearest plane
+  const Planes planes;
   const bool depth;
 };
 
@@ -231,7 +241,7 @@ void draw(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer, bool
     throw std::invalid_argument("a camera of " + std::to_string(camera.width()) + "x" +
                                 std::to_string(camera.height()) + " cannot draw into samples of " +
                                 std::to_string(buffer.width) + "x" + std::to_string(buffer.height));
-  Drawing drawing(camera, buffer, depth);
+  const Drawing drawing(camera, near_plane(mesh), buffer, depth);
   std::vector<Corner> corners;
   corners.reserve(mesh.vertex_count);
   for (size_t i = 0; i < mesh.vertex_count; i++)

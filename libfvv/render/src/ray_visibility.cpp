@@ -3,6 +3,7 @@
 
 #include "fvv_render/normals.h"
 #include "fvv_render/occlusion.h"
+#include "fvv_render/scene_lengths.h"
 #include "viewer.h"
 
 namespace fvv::render {
@@ -82,9 +83,10 @@ std::vector<uint8_t> visible_faces(const fvv_camera &camera, const Mesh &mesh, c
 std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays) {
   const Vec3 centre = centre_of(camera);
   const std::vector<Vec3> normals = vertex_normals(mesh);
+  const double lift = vertex_lift(mesh);
   std::vector<uint8_t> seen(mesh.vertex_count);
   for (size_t i = 0; i < mesh.vertex_count; i++) {
-    const Vec3 lifted = position_of(mesh, uint32_t(i)) + normals[i] * vertex_lift;
+    const Vec3 lifted = position_of(mesh, uint32_t(i)) + normals[i] * lift;
     seen[i] = dot(normals[i], centre - lifted) > 0 && projects_into(camera, lifted) &&
               !rays.blocked(centre, lifted);
   }

@@ -25,6 +25,7 @@ private:
   const Mesh &mesh;
   const RayCaster *rays;
   uint32_t n;
+  double nearest = 0; // to the camera, for rays
   std::optional<SampleBuffer> buffer;
 };
 

@@ -1,5 +1,7 @@
 #include "fvv_render/texture_inset.h"
 
+#include "fvv_render/scene_lengths.h"
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -12,15 +14,6 @@ namespace {
 
 constexpr double smallest_inset = 1.0 / 2000; // of the mesh's longest side
 constexpr size_t most_pixels = 4000;          // of a view, about
-
-double longest_side(const Mesh &mesh) {
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-  for (size_t i = 0; i < 3 * mesh.vertex_count; i++) {
-    low[i % 3] = std::min(low[i % 3], double(mesh.positions[i]));
-    high[i % 3] = std::max(high[i % 3], double(mesh.positions[i]));
-  }
-  return mesh.vertex_count ? std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}) : 0;
-}
 
 // Odd, so that centres of pixels meet, and no longer than a side.
 uint32_t stride_of(const fvv_camera &camera) {

@@ -31,7 +31,7 @@ public:
   bool too_wide() const { return !projection; }
 
   // A point of the surface, and the normal (of any length) of the face that it lies on. A point outside the
-  // map, or nearer than near_plane to the camera's plane, is hidden.
+  // map, or nearer than near_plane() to the camera's plane, is hidden.
   bool hidden(Vec3 point, Vec3 face_normal) const;
 
 private:
@@ -39,6 +39,7 @@ private:
 
   std::optional<Projection> projection;
   DepthTest test;
+  double nearest;                      // to the camera that is drawn
   double breadth_x = 0, breadth_y = 0; // of a pixel at a distance of 1 in the centre of the lens
   size_t columns = 0, rows = 0;        // samples of the whole map
   size_t left = 0, top = 0, width = 0; // the part that was drawn, which is kept

@@ -20,8 +20,6 @@ struct Mesh {
   size_t face_count = 0;
 };
 
-// Nothing nearer than this to the plane through the camera's centre is drawn, metres of z_c.
-constexpr double near_plane = 0.01;
 constexpr uint32_t no_face = UINT32_MAX;
 
 // What is seen at samples x samples points of every pixel (a visibility buffer). samples is odd, so that the
@@ -52,9 +50,9 @@ public:
 //
 // Coverage: vertices are rounded to 1/256 of a sample spacing and edges evaluated in integers. A sample on an
 // edge belongs to the triangle for which the edge is a top edge (horizontal, interior below) or a left edge,
-// so a sample on a shared edge is drawn exactly once. Triangles are clipped at near_plane and far outside the
-// picture; new vertices depend on the two ends of the edge alone, so clipping opens no gap either. Triangles
-// without area after rounding, or with a coordinate that is not finite, are skipped.
+// so a sample on a shared edge is drawn exactly once. Triangles are clipped at near_plane() and far outside
+// the picture; new vertices depend on the two ends of the edge alone, so clipping opens no gap either.
+// Triangles without area after rounding, or with a coordinate that is not finite, are skipped.
 //
 // Depth and barycentric coordinates come from the ray through the sample and the given triangle
 // (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997), not from rounded or
@@ -63,7 +61,7 @@ public:
 // Lenses: vertices are projected through the lens and edges drawn straight between them. The outline of a
 // triangle is off by less than l^2 k / f pixels for edges of l pixels, |k1| <= k and a focal length of f
 // pixels: 0.01 for l = 6, k = 0.2, f = 750. Depth and barycentric coordinates follow the bent rays. A
-// triangle with a vertex that the lens does not show is skipped, so nothing is cut at near_plane.
+// triangle with a vertex that the lens does not show is skipped, so nothing is cut at near_plane().
 void rasterise(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer);
 
 // The same without depth: buffer.face has one of the faces that cover a sample, buffer.depth stays as it is.

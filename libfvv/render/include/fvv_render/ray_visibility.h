@@ -5,10 +5,6 @@
 
 namespace fvv::render {
 
-// How far a vertex is moved off the surface before it is tested, metres: more than float32 rounds positions
-// within 800 m, less than any detail that a reconstruction has.
-constexpr double vertex_lift = 1e-4;
-
 // For each face 1 when camera sees it, else 0. Seen is a face whose centroid (the mean of its vertices)
 // projects into the picture (fvv_camera_project, 0 <= u < width, 0 <= v < height), which turns its front
 // (counter-clockwise) to the camera's centre, and whose centroid is not occluded: the segment from the centre
@@ -17,7 +13,7 @@ constexpr double vertex_lift = 1e-4;
 std::vector<uint8_t> visible_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays);
 
 // The same for vertices. A vertex's normal is the sum of its faces' normals weighted by area; the tested
-// point is vertex_lift away along it, and all faces can hide it. A vertex without a normal is not seen.
+// point is vertex_lift() away along it, and all faces can hide it. A vertex without a normal is not seen.
 std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays);
 
 } // namespace fvv::render

@@ -113,7 +113,7 @@ public:
   ViewRenderer(ViewRenderer &&) noexcept;
 
   // What the target camera sees: its whole picture, of 1 to 16384 pixels a side. Without a lens it is
-  // rasterised (rasteriser.h: fill rule, clipping at near_plane). With one, a ray is cast through every
+  // rasterised (rasteriser.h: fill rule, clipping at near_plane()). With one, a ray is cast through every
   // sample, so that edges bend as the lens bends them: to a hundredth of a pixel. excluded: index of a source
   // that is left out. inset: in place of the options'. The same result for every executor.
   ViewPicture render(const fvv_camera &target, uint32_t excluded = no_source,
