@@ -74,7 +74,7 @@ export class ViewpointElement extends MediaElement {
     const { pose, axes } = this._navigator;
     return {
       cameraOrbit: formatOrbit(orbitOf(pose, axes)),
-      cameraTarget: formatTarget(pose.target),
+      cameraTarget: formatTarget(pose.target, this._navigator.extent.radius),
       fieldOfView: formatFieldOfView(pose.fov),
     };
   }

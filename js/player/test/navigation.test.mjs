@@ -105,6 +105,19 @@ test("the first view shows the whole scene from the direction of the first camer
   }
 });
 
+test("a scene of a millimetre is walked through as smoothly as one of metres", () => {
+  const steps = (scale) => {
+    const made = new Navigator();
+    made.begin({ ...frame, mesh: { positions: Float32Array.of(-1, 0, -1, 1, 2, 1).map((x) => scale * x) } });
+    made.moveBy(0.5 * scale, 0, 0);
+    let count = 0;
+    for (let now = 0; made.step(now); now += 16) count++;
+    return count;
+  };
+  assert.ok(steps(1) > 10);
+  assert.equal(steps(0.001), steps(1));
+});
+
 test("the extent of a scene in map coordinates is exact", () => {
   const origin = [4000000, -2500000, 4700000];
   const localPositions = Float32Array.of(-1, 0.125, -1, 1, 2, 1.5);
@@ -249,6 +262,15 @@ describe("written", () => {
     const again = parseOrbit(formatOrbit(auto), auto);
     assertClose([again.theta, again.phi, again.radius], [1, 1.5, 4], 1e-4);
     assert.deepEqual(parseTarget(formatTarget([0.12, -3, 4]), [0, 0, 0]), [0.12, -3, 4]);
+  });
+  test("of a scene of a millimetre", () => {
+    const size = 0.001;
+    const orbit = { theta: 1, phi: 1.5, radius: 0.0024 };
+    assert.equal(formatOrbit(orbit), "57.3deg 85.94deg 0.0024m");
+    assert.equal(formatTarget([0.0001234, 0, -2e-7], size), "0.000123m 0m 0m");
+    const pose = { eye: [0.0024, 0.0005, 0.0012], target: [1e-5, 0, 0], up: [0, 1, 0], fov: 45 };
+    const found = parseBookmark(formatBookmark({ seconds: 0, pose, camera: null })).pose;
+    for (const name of ["eye", "target"]) assertClose(found[name], pose[name], 1e-6);
   });
   test("bookmarks", () => {
     const pose = { eye: [1.23456, 2, -3], target: [0, 1, 0], up: [0, 1, 0], fov: 45 };

@@ -19,6 +19,8 @@ const LEAST_PSNR_SEAMS = 35;
 const LEAST_AGREEMENT = 99.5;
 const size = [480, 270];
 const scales = [0.1, 1, 100];
+/** To 0.8 mm and to 100 m. */
+const sizes = { tiny: 0.0002, huge: 25 };
 /** Metres to map coordinates. */
 const BY = [4000000, -2500000.5, 4700000.25];
 
@@ -38,8 +40,11 @@ function makeStreams() {
   const texturing = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
   mux("studio", "texturing", "--visibility", "weight", "--no-environment", "--frames", "0-0", ...texturing);
   synth("placed", "--rig", "small", "--cameras", "5", "--frames", "1", "--size", "320x240", "--environment");
-  for (const [name, by] of Object.entries({ near: [0, 0, 0], far: BY }))
-    tool("fvvmux", moveCapture(at("placed"), name, { by }), "-o", at(`${name}.fvv`), "--visibility", "weight");
+  const places = { near: {}, far: { by: BY } };
+  for (const [name, scale] of Object.entries(sizes)) places[name] = { scale };
+  const plain = ["--visibility", "weight", "--texture-inset", "off"];
+  for (const [name, place] of Object.entries(places))
+    tool("fvvmux", moveCapture(at("placed"), name, place), "-o", at(`${name}.fvv`), ...plain);
   // The same scene, scaled so that its longest side has this length.
   const capture = JSON.parse(readFileSync(at("studio/capture.json"), "utf8"));
   delete capture.background;
@@ -197,6 +202,33 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
       }
     assert.deepEqual(session.browser.troubles, []);
   });
+
+  for (const [name, scale] of Object.entries(sizes))
+    test(`draws a scene ${scale} times as large as the scene itself`, async () => {
+      const environment = false;
+      const overlays = { frusta: { selected: 0, picturePlanes: true }, grid: { centre: [0, 0, 0] } };
+      const ways = [{}, { visibleBy: "depth" }, { visibleBy: "depth", ...overlays }];
+      const scaled = (point) => point.map((x) => scale * x);
+      const facts = await session.show(at("near.fvv"), 0);
+      const poses = posesOf(3, facts, size);
+      // Close to the surface, where a plane of 1 cm would cut it off.
+      const { eye, target } = poses[0];
+      poses.push({ ...poses[0], eye: eye.map((x, k) => target[k] + 0.3 * (x - target[k])) });
+      const wanted = [];
+      for (const pose of poses)
+        for (const way of ways) wanted.push(await session.draw(pose, size, { environment, ...way }));
+      await session.show(at(`${name}.fvv`), 0);
+      for (const [i, pose] of poses.entries())
+        for (const [k, way] of ways.entries()) {
+          const there = { ...pose, eye: scaled(pose.eye), target: scaled(pose.target) };
+          const { data } = await session.draw(there, size, { environment, ...way });
+          const reference = wanted[ways.length * i + k];
+          assert.ok(brightness(reference) > 1);
+          const { psnr, large } = distance(data, reference.data, new Uint8Array(size[0] * size[1]).fill(1));
+          assert.ok(psnr > 38 && large < 5e-3, `pose ${i}, way ${k}: ${psnr.toFixed(1)} dB, ${large}`);
+        }
+      assert.deepEqual(session.browser.troubles, []);
+    });
 
   test("draws depth and shadow maps once per frame, and no picture twice", async () => {
     await session.show(at("studio.fvv"), 0);

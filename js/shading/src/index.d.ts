@@ -69,6 +69,8 @@ export function usesLevels(
 ): boolean;
 /** Shaders have 32 bits, which hold coordinates of maps to decimetres only: everything that is drawn counts from here. */
 export function originOf(frame: Pick<Frame, "mesh" | "configuration">): [number, number, number];
+/** The depth from which on cameras and viewers see a mesh of these bounds: 1 cm, or a hundredth of its longest side if that is less. */
+export function nearPlaneOf(bounds: { min: readonly number[]; max: readonly number[] }): number;
 /** Positions relative to the origin of the mesh. */
 export function pointsOf(mesh: Pick<Mesh, "localPositions" | "positions">): Float32Array;
 /** The same camera or viewer in coordinates that count from origin. */

@@ -11,6 +11,7 @@ export {
   VIEW_TEXELS,
   checkTexturing,
   lensesOf,
+  nearPlaneOf,
   originOf,
   pointsOf,
   texturingOf,

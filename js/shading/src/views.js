@@ -16,6 +16,17 @@ export function originOf({ mesh, configuration }) {
   return mesh?.origin ?? configuration.localOrigin ?? [0, 0, 0];
 }
 
+/** Metres: cameras and viewers see nothing that is nearer. */
+const NEAREST = 0.01;
+/** The same of small scenes, as a part of their longest side: their unit may be anything. */
+const NEAREST_PART = 0.01;
+
+/** The depth from which on a scene is drawn. bounds: {min, max} of the mesh. */
+export function nearPlaneOf({ min, max }) {
+  const longest = Math.max(...max.map((value, k) => value - min[k]));
+  return longest > 0 ? Math.min(NEAREST, NEAREST_PART * longest) : NEAREST;
+}
+
 /** Positions of a mesh, or of a part of an environment, that count from its origin. */
 export const pointsOf = ({ localPositions, positions }) => localPositions ?? positions;
 

@@ -59,9 +59,11 @@ function frameScene(frame) {
   const distance = size / (2 * Math.tan((viewer.fov * Math.PI) / 360)) / Math.min(1, viewer.aspect);
   viewer.up.copy(up);
   viewer.position.copy(centre).addScaledVector(away, 1.1 * distance);
+  viewer.near = size / 250;
+  viewer.far = 40 * size;
   controls.target.copy(centre);
   controls.update();
-  grid = new GridHelper(Math.ceil(2 * size), 2 * Math.ceil(2 * size));
+  grid = new GridHelper(2 * size, 20);
   grid.material.vertexColors = false;
   grid.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), up);
   const ground = Math.min(box.min.dot(up), box.max.dot(up));
@@ -78,7 +80,8 @@ function listCameras(frame) {
 
 async function show(frame) {
   await object.show(frame);
-  frusta.show(frame.cameras, 0.35, frame.configuration.localOrigin);
+  const { radius } = (object.mesh.visible && object.mesh.geometry.boundingSphere) || { radius: 2.5 };
+  frusta.show(frame.cameras, 0.14 * radius, frame.configuration.localOrigin);
   const first = current === null;
   current = { number: frame.number, cameras: frame.cameras };
   if (first) {

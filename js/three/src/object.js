@@ -6,6 +6,7 @@ import {
   lensesOf,
   loadPictures,
   MAX_WEIGHT_TEXELS,
+  nearPlaneOf,
   originOf,
   pointsOf,
   projection,
@@ -176,6 +177,7 @@ export class FvvObject3D extends Object3D {
         atlas: { value: new Vector4() },
         visibilityWeights: { value: noTexture },
         depths: { value: noLayers },
+        nearPlane: { value: 0 },
         threshold: { value: 0 },
         eye: { value: new Vector3() },
         viewerRight: { value: new Vector3() },
@@ -226,6 +228,9 @@ export class FvvObject3D extends Object3D {
     this.#geometry.show(mesh);
     // three multiplies matrices in doubles, and the geometry counts from the origin.
     this.#mesh.position.fromArray(originOf(frame));
+    const { min, max } = this.#geometry.boundingBox;
+    const nearPlane = nearPlaneOf({ min: min.toArray(), max: max.toArray() });
+    this.#depths.nearPlane = this.#material.uniforms.nearPlane.value = nearPlane;
     // An explicit colour overrides those of the stream.
     this.#define("COLOURS", mesh.colours && (this.#texturing.unseen ?? null) === null ? 1 : undefined);
     const layout = this.#pictures.show(this.#renderer, pictures);

@@ -124,6 +124,7 @@ export class DepthMaps {
         views: { value: viewTexture },
         view: { value: 0 },
         layerSize: { value: new Vector2(1, 1) },
+        nearPlane: { value: 0 },
       },
     });
     const mesh = new Mesh(geometry, this.#material);
@@ -133,6 +134,11 @@ export class DepthMaps {
 
   get texture() {
     return this.#target?.texture ?? null;
+  }
+
+  /** The depth from which on cameras see something. */
+  set nearPlane(depth) {
+    this.#material.uniforms.nearPlane.value = depth;
   }
 
   /** Assigns a place in the maps to every view without visibility weights. */

@@ -62,7 +62,8 @@ function part(frame, { only, pictures }) {
 /**
  * cases: [{camera, picture, mask}], of fvvrender. only: the only camera that gives colour; pictures: false if they are lost;
  * turned: the object is moved, rotated and scaled; tracks: the selected tracks of video; own: options of the object; shrink:
- * pictures are drawn in a shrink-th of their size, as from far away, and compared with means of fvvrender's pixels.
+ * pictures are drawn in a shrink-th of their size, as from far away, and compared with means of fvvrender's pixels; near: of the
+ * viewer.
  */
 window.compare = async ({
   file,
@@ -74,7 +75,9 @@ window.compare = async ({
   tracks = null,
   own = {},
   shrink = 1,
+  near = 0.05,
 }) => {
+  viewer.near = near;
   const decoder = await createDecoder({
     source: file,
     worker: new URL("worker.js", import.meta.url),

@@ -35,6 +35,11 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     const by = [4000000, -2500000.5, 4700000.25];
     moveCapture(at("small"), "far", { by });
     mux("small/far.json", "far", "--visibility", "none", "--frames", "0-0", "--codec", "jpeg", "--quality", "90");
+    const plain = ["--visibility", "none", "--texture-inset", "off", "--codec", "jpeg", "--quality", "90"];
+    for (const [name, scale] of Object.entries({ unit: 1, tiny: 0.0002 })) {
+      moveCapture(at("small"), name, { scale });
+      mux(`small/${name}.json`, name, "--frames", "0-0", ...plain);
+    }
     const texturing = [
       "--texture-best",
       "1",
@@ -77,11 +82,12 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     served?.close();
   });
 
-  async function compare(stream, number, cameras, { render = [], on = { browser, page }, ...more } = {}) {
+  /** With fvvrender's pictures of the stream, or of another one that has to look the same. */
+  async function compare(stream, number, cameras, { render = [], as = stream, on = { browser, page }, ...more } = {}) {
     const cases = cameras.map((camera) => {
       const [picture, mask] = ["picture", "mask"].map((kind) => `/${stream}-${number}-${camera}-${kind}.png`);
       const output = ["-o", at(picture), "--mask", at(mask), "--force"];
-      tool("fvvrender", at(`${stream}.fvv`), "--frame", `${number}`, "--camera", `${camera}`, ...render, ...output);
+      tool("fvvrender", at(`${as}.fvv`), "--frame", `${number}`, "--camera", `${camera}`, ...render, ...output);
       return { camera, picture, mask };
     });
     const found = await on.page.evaluate((parameters) => window.compare(parameters), {
@@ -161,6 +167,9 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
   test("map coordinates", async () => {
     assertAlike(await compare("far", 0, [0, 3], maps));
     assertAlike(await compare("far", 0, [0, 3], { ...maps, turned: true }));
+  });
+  test("a scene of a millimetre", async () => {
+    assertAlike(await compare("tiny", 0, [0, 3], { ...maps, as: "unit", near: 1e-5 }));
   });
   test("fisheye lenses", async () => assertAlike(await compare("bent", 1, [0], maps)));
   test("an object that is rotated and scaled", async () => {

@@ -19,8 +19,9 @@ import {
 
 /** Time constant of smoothing in seconds. */
 const SMOOTHING = 0.07;
-/** A remaining movement below this is made at once. */
+/** A remaining movement below this is made at once; lengths are relative to the scene's radius. */
 const REST = 2e-4;
+const LENGTHS = ["right", "up", "forward"];
 /** Limits of the distance, relative to the size of the scene. */
 const NEAREST = 0.02;
 const FARTHEST = 30;
@@ -196,7 +197,8 @@ export class Navigator extends EventTarget {
       drifts ||= drift[name] !== 0;
     }
     const rolled = this.#unroll(passed);
-    const all = this.calm || Object.values(pending).every((amount) => Math.abs(amount) < REST);
+    const isSmall = ([name, amount]) => Math.abs(amount) < REST * (LENGTHS.includes(name) ? this.extent.radius : 1);
+    const all = this.calm || Object.entries(pending).every(isSmall);
     const fraction = all ? 1 : 1 - Math.exp(-passed / SMOOTHING);
     if (Object.values(pending).some((amount) => amount !== 0)) this.#apply(fraction);
     else if (rolled) this.#changed("user");

@@ -132,7 +132,7 @@ export function between(from, to, fraction, axes) {
 export function poseOfCamera(camera, towards) {
   const { rotation: r, centre: eye } = camera;
   const forward = [r[6], r[7], r[8]];
-  const distance = Math.max(dot(subtract(towards, eye), forward), 0.1 * length(subtract(towards, eye)), 1e-3);
+  const distance = Math.max(dot(subtract(towards, eye), forward), 0.1 * length(subtract(towards, eye))) || 1;
   return {
     eye,
     target: add(eye, scale(forward, distance)),
@@ -175,7 +175,7 @@ export function extentOf(frame) {
   }
   return {
     centre: low.map((x, i) => origin[i] + (x + high[i]) / 2),
-    radius: Math.max(length(subtract(high, low)) / 2, 1e-6),
+    radius: length(subtract(high, low)) / 2 || 1,
     low: add(origin, low),
     high: add(origin, high),
   };
@@ -198,7 +198,7 @@ export function homePose(extent, cameras, axes, aspect) {
     const high = Math.abs(dot(at, up)) / (tangent * HEIGHT);
     return Math.max(wide, high) - dot(at, forward);
   });
-  const radius = Math.max(...distances, 1e-6);
+  const radius = Math.max(...distances, 1e-6 * extent.radius);
   const pose = poseFromOrbit({ theta, phi, radius }, centre, FIELD_OF_VIEW, axes);
   return pan(pose, 0, -RAISED);
 }

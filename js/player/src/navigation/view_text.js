@@ -1,5 +1,6 @@
 // Views as text: in attributes of the element, and as bookmarks in the address of its page.
 
+import { length, subtract } from "../vectors.js";
 import { radiansOf } from "../view.js";
 import { isPose } from "./pose.js";
 
@@ -38,24 +39,35 @@ export function parseFieldOfView(text, auto) {
   return numbers && numbers[0] > 0 && numbers[0] < Math.PI ? numbers[0] : null;
 }
 
+/** Digits after the point that show a thousandth of a length, at least least: scenes may be a millimetre in size. */
+const digitsFor = (size, least) =>
+  Math.min(20, Math.max(least, Number.isFinite(size) && size > 0 ? 3 - Math.floor(Math.log10(size)) : 0));
+/** Without an exponent, which a unit could follow. */
+const decimal = (x, digits) => {
+  const text = x.toFixed(digits).replace(/0+$/, "").replace(/\.$/, "");
+  return text === "-0" ? "0" : text;
+};
+
 const degrees = (radians) => `${Number(((radians * 180) / Math.PI).toFixed(2))}deg`;
-const metres = (x) => `${Number(x.toFixed(4))}m`;
-export const formatOrbit = ({ theta, phi, radius }) => `${degrees(theta)} ${degrees(phi)} ${metres(radius)}`;
-export const formatTarget = (target) => target.map(metres).join(" ");
+const metres = (x, size) => `${decimal(x, digitsFor(size, 4))}m`;
+export const formatOrbit = ({ theta, phi, radius }) => `${degrees(theta)} ${degrees(phi)} ${metres(radius, radius)}`;
+/** size: of the scene. */
+export const formatTarget = (target, size = 1) => target.map((x) => metres(x, size)).join(" ");
 export const formatFieldOfView = degrees;
 
-const short = (x) => String(Number(x.toFixed(3)));
-const list = (vector) => vector.map(short).join(",");
+const short = (x, digits = 3) => decimal(x, digits);
+const list = (vector, digits) => vector.map((x) => short(x, digits)).join(",");
 
 /**
  * A time and a view as a part of a URL's fragment: #fvv=t:1.28;eye:1.2,1.6,3;at:0,1,0;up:0,1,0;fov:45. Other parts of the
  * fragment are kept. camera: identifier of the camera of the view, or null.
  */
 export function formatBookmark({ seconds, pose, camera }) {
+  const digits = digitsFor(length(subtract(pose.eye, pose.target)), 3);
   const view =
     camera !== null
       ? `camera:${camera}`
-      : `eye:${list(pose.eye)};at:${list(pose.target)};up:${list(pose.up)};fov:${short(pose.fov)}`;
+      : `eye:${list(pose.eye, digits)};at:${list(pose.target, digits)};up:${list(pose.up)};fov:${short(pose.fov)}`;
   return `t:${short(seconds)};${view}`;
 }
 

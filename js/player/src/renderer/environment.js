@@ -105,14 +105,14 @@ export class Environment {
     return texture;
   }
 
-  draw({ worldToClip }, shadows) {
+  draw({ worldToClip, nearPlane }, shadows) {
     const gl = this.#gl;
     gl.enable(gl.DEPTH_TEST);
     // At equal depth the mesh of the frame wins.
     gl.depthFunc(gl.LESS);
     for (const { part, mesh, texture } of this.#parts) {
       if (!part.doubleSided) gl.enable(gl.CULL_FACE);
-      const uniforms = { worldToClip, colour: part.colour, lightCount: 0, ...shadows.uniforms };
+      const uniforms = { worldToClip, nearPlane, colour: part.colour, lightCount: 0, ...shadows.uniforms };
       this.#programs.get(shaders).use(uniforms, { picture: texture, shadowMaps: shadows.texture });
       mesh.draw();
       gl.disable(gl.CULL_FACE);

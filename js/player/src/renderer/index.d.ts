@@ -33,7 +33,7 @@ export interface DrawOptions {
   /** The pictures of all cameras in cells instead of the scene. x y width height are fractions of the canvas, y down. */
   sheet?: readonly { camera: number; x: number; y: number; width: number; height: number }[] | null;
   /**
-   * Cameras as frusta; length in metres. The array of cameras is compared by identity: pass the frame's own array.
+   * Cameras as frusta; length in metres, by default 0.14 radii of the scene. The array of cameras is compared by identity: pass the frame's own array.
    * picturePlanes: with their pictures; only: identifier of a camera, of which the picture is drawn and nothing of others.
    */
   frusta?: {
@@ -43,7 +43,7 @@ export interface DrawOptions {
     only?: number | null;
     length?: number;
   } | null;
-  /** Lines on the plane through centre; extent: from centre to the border, in metres. */
+  /** Lines on the plane through centre; extent: from centre to the border, in metres. Lengths follow the scene's by default. */
   grid?: {
     centre: [number, number, number];
     up?: [number, number, number];

@@ -1,7 +1,17 @@
 // Draws frames of free-viewpoint video from any viewpoint in WebGL 2, as specified in docs/tools/fvvrender.md. Depth and shadow
 // maps are drawn once per frame, and a picture is not drawn again if it would be the same.
 
-import { checkTexturing, layoutOf, loadPictures, MAX_BEST, MAX_VIEWS, originOf, pointsOf, viewsOf } from "@fvv/shading";
+import {
+  checkTexturing,
+  layoutOf,
+  loadPictures,
+  MAX_BEST,
+  MAX_VIEWS,
+  nearPlaneOf,
+  originOf,
+  pointsOf,
+  viewsOf,
+} from "@fvv/shading";
 
 import { decodeEnvironments } from "./environment.js";
 import { boundsOf, moved } from "./matrices.js";
@@ -44,6 +54,7 @@ class Content {
     this.views = viewsOf(frame, this.layout.places);
     this.tiles = tilesOf(frame, this.layout.places);
     this.bounds = this.mesh && boundsOf(pointsOf(mesh));
+    this.nearPlane = this.bounds && nearPlaneOf(this.bounds);
     const atlas = configuration.videos.find(({ shows, track }) => shows === "atlas" && this.layout.places.has(track));
     const place = atlas && this.layout.places.get(atlas.track);
     // A texture atlas is used if there are no cameras.

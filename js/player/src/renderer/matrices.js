@@ -1,5 +1,7 @@
 // Matrices for WebGL, by columns, from viewers and lamps.
 
+import { nearPlaneOf } from "@fvv/shading";
+
 import { cross, dot, normalise } from "../vectors.js";
 
 /** Bounds of points x y z, [min, max] of each axis; null without points. */
@@ -47,14 +49,14 @@ function depthsOf({ min, max }, { rotation: r, translation: t }) {
   return { near, far };
 }
 
-/** fvvrender's near plane. */
-const NEAREST = 0.01;
-
-/** Near and far planes that enclose the drawn objects tightly, because depth buffers have few bits. */
-export function clippingOf(bounds, view) {
-  if (!bounds) return { near: NEAREST, far: 1 };
+/**
+ * Near and far planes that enclose the drawn objects tightly, because depth buffers have few bits. nearest: nearPlaneOf the
+ * scene.
+ */
+export function clippingOf(bounds, view, nearest = bounds && nearPlaneOf(bounds)) {
+  if (!bounds) return { near: 1, far: 2 };
   const { near, far } = depthsOf(bounds, view);
-  const min = Math.max(NEAREST, 1e-3 * sphereOf(bounds).radius, 0.98 * near);
+  const min = Math.max(nearest, 1e-3 * sphereOf(bounds).radius, 0.98 * near);
   return { near: min, far: Math.max(2 * min, 1.02 * far) };
 }
 

@@ -4,6 +4,7 @@
 import { viewFrom } from "@fvv/shading";
 
 import { cross, normalise, subtract } from "../vectors.js";
+import { sphereOf } from "./matrices.js";
 import { GrowingBuffer } from "./resources.js";
 
 /** Points along a side of a picture. */
@@ -97,7 +98,7 @@ function pictureTriangles({ camera, translation, source, place: tile }, length) 
   return out;
 }
 
-function gridLines({ centre: middle, up = [0, 1, 0], extent = 3, step = 0.5, colour = GRID }, origin) {
+function gridLines({ centre: middle, up = [0, 1, 0], extent, step, colour = GRID }, origin) {
   const centre = subtract(middle, origin);
   const side = cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
   const across = normalise(side);
@@ -111,6 +112,22 @@ function gridLines({ centre: middle, up = [0, 1, 0], extent = 3, step = 0.5, col
     out.push(...at(-extent, u), ...colour, ...at(extent, u), ...colour);
   }
   return out;
+}
+
+/** Relative to the radius of the scene. */
+const LENGTH = 0.14;
+const EXTENT = 1.2;
+const STEP = 0.2;
+/** Metres: the radius where nothing else is drawn. */
+const RADIUS = 2.5;
+
+/** Options of overlays with the lengths that suit a scene. bounds: of what is drawn, or null. */
+export function sizedOverlays({ frusta, grid }, bounds) {
+  const radius = (bounds && sphereOf(bounds).radius) || RADIUS;
+  return {
+    frusta: frusta && { ...frusta, length: frusta.length ?? LENGTH * radius },
+    grid: grid && { ...grid, extent: grid.extent ?? EXTENT * radius, step: grid.step ?? STEP * radius },
+  };
 }
 
 export class Overlay {
@@ -148,7 +165,7 @@ export class Overlay {
     this.#shown = null;
   }
 
-  /** views: of the frame; origin: what they count from. */
+  /** The result of sizedOverlays. views: of the frame; origin: what they count from. */
   prepare({ frusta, grid }, views, origin) {
     const shown = JSON.stringify([frusta?.length, frusta?.selected, frusta?.picturePlanes, frusta?.only, grid, origin]);
     if (this.#shown?.key === shown && this.#shown.cameras === frusta?.cameras) return;
@@ -156,7 +173,7 @@ export class Overlay {
     const corners = grid ? gridLines(grid, origin) : [];
     const triangles = [];
     if (frusta) {
-      const { cameras = [], selected = null, length = 0.35, only = null } = frusta;
+      const { cameras = [], selected = null, length, only = null } = frusta;
       for (const camera of only === null ? cameras : [])
         if (camera.calibrated)
           corners.push(...frustumLines(camera, origin, length, camera.id === selected ? SELECTED : OTHER));

@@ -4,7 +4,7 @@ import { viewFrom } from "@fvv/shading";
 
 import { Environment } from "./environment.js";
 import { clippingOf, joined, moved, projectionOf, raysOf } from "./matrices.js";
-import { Overlay } from "./overlay.js";
+import { Overlay, sizedOverlays } from "./overlay.js";
 import { PictureTexture } from "./pictures.js";
 import { Programs } from "./programs.js";
 import { Shadows } from "./shadows.js";
@@ -70,10 +70,11 @@ export class Pipeline {
     if (options.sheet) return this.#drawSheet(view, options, framebuffer);
     surface?.prepare(options);
     if (around) this.#shadows.prepare(surface?.mesh ?? null, content?.bounds, origin);
-    this.#overlay.prepare(options, content?.views ?? [], origin);
-    this.#clear(view, options, framebuffer);
     const drawn = joined(content?.bounds ?? null, around?.bounds ?? null);
-    const viewer = this.#viewer(view, joined(drawn, overlayBounds(options, origin)));
+    const overlays = sizedOverlays(options, content?.bounds ?? drawn);
+    this.#overlay.prepare(overlays, content?.views ?? [], origin);
+    this.#clear(view, options, framebuffer);
+    const viewer = this.#viewer(view, joined(drawn, overlayBounds(overlays, origin)));
     if (surface) surface.draw(this.#pictures, viewer, options);
     if (around) around.draw(viewer, options.shadows ? this.#shadows : { ...noShadows, texture: this.#shadows.texture });
     if (options.sky) this.#sky.draw(view, viewer.pixelToRay, options);
@@ -98,9 +99,12 @@ export class Pipeline {
   }
 
   #viewer(view, bounds) {
-    const clipping = clippingOf(bounds, view);
+    // What is around a small object does not hide it from a viewer who is close to it.
+    const nearPlane = this.#content?.nearPlane ?? undefined;
+    const clipping = clippingOf(bounds, view, nearPlane);
     const own = clippingOf(this.#content?.bounds ?? null, view);
     return {
+      nearPlane: nearPlane ?? clipping.near,
       worldToClip: projectionOf(view, clipping),
       pixelToRay: raysOf(view),
       depthRange: [own.near, own.far],
@@ -131,7 +135,7 @@ function overlayBounds({ frusta, grid }, origin) {
     const box = { min: centre.map((x) => x - radius), max: centre.map((x) => x + radius) };
     bounds = joined(bounds, box);
   };
-  for (const camera of frusta?.cameras ?? []) if (camera.calibrated) add(camera.centre, 3 * (frusta.length ?? 0.35));
-  if (grid) add(grid.centre, 1.5 * (grid.extent ?? 3));
+  for (const camera of frusta?.cameras ?? []) if (camera.calibrated) add(camera.centre, 3 * frusta.length);
+  if (grid) add(grid.centre, 1.5 * grid.extent);
   return bounds && moved(bounds, negated(origin));
 }

@@ -28,6 +28,7 @@ export const lighting = /* glsl */ `
 const int MAX_LIGHTS = ${MAX_LIGHTS}, MAX_SHADOWS = ${MAX_SHADOWS};
 const float AMBIENT = 0.6; // relative to the light of all lamps
 uniform highp sampler2DArrayShadow shadowMaps;
+uniform float nearPlane; // lamps are no nearer
 uniform int lightCount;
 uniform vec4 lightPlaces[MAX_LIGHTS]; // and kind
 uniform vec4 lightDirections[MAX_LIGHTS]; // and range
@@ -42,7 +43,7 @@ vec3 irradiance(int i, vec3 point, vec3 normal) {
   vec3 towards = place.xyz - point;
   float d = length(towards);
   towards /= d;
-  float strength = max(0.0, dot(normal, towards)) / max(d * d, 1e-4);
+  float strength = max(0.0, dot(normal, towards)) / max(d * d, nearPlane * nearPlane);
   if (direction.w > 0.0) strength *= clamp(1.0 - pow(d / direction.w, 4.0), 0.0, 1.0);
   if (place.w > 1.5) strength *= smoothstep(lightCones[i].y, lightCones[i].x, -dot(towards, direction.xyz));
   return colour * strength;

@@ -247,7 +247,7 @@ export class Surface {
     const program = this.#programs.get(depthShaders);
     const mapped = Array.from(views.keys()).filter((i) => views[i].depth);
     this.#depths.draw(mapped, (view) => {
-      program.use({ view, layerSize }, { views: this.#views.texture });
+      program.use({ view, layerSize, nearPlane: this.#content.nearPlane }, { views: this.#views.texture });
       this.#mesh.draw();
       this.#counters.depthPasses++;
     });
@@ -256,7 +256,7 @@ export class Surface {
   /** pictures: the PictureTexture. */
   draw(pictures, { worldToClip, pixelToRay, depthRange, eye }, options) {
     const gl = this.#gl;
-    const { views, atlas, frame, bounds } = this.#content;
+    const { views, atlas, frame, bounds, nearPlane } = this.#content;
     const { best, blend, ...texturing } = texturingOf(frame.configuration, options);
     const pixelAngle = Math.hypot(...pixelToRay.subarray(0, 3));
     const far = options.mode === "textured" && usesLevels(this.#content, sphereOf(bounds), eye, pixelAngle);
@@ -266,6 +266,7 @@ export class Surface {
       pixelToRay,
       depthRange,
       eye,
+      nearPlane,
       pixelAngle,
       pictureSize: pictures.size,
       viewCount: views.length,

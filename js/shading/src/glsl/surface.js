@@ -15,6 +15,7 @@ export const projection = /* glsl */ `
 #define LENSES 2
 #endif
 uniform highp sampler2D views;
+uniform float nearPlane; // nearPlaneOf
 
 const int BY_WEIGHTS = 1, BY_DEPTH = 2, OFF = 4;
 
@@ -54,10 +55,10 @@ bool toPicture(int view, vec3 at, out vec2 pixel) {
   return true;
 }
 
-// Clip coordinates of a point in a view's frame in its layer of depth maps, clipped at 1 cm, without a far plane.
+// Clip coordinates of a point in a view's frame in its layer of depth maps, clipped at nearPlane, without a far plane.
 vec4 toDepthMap(int view, vec3 at, vec2 layerSize) {
   vec4 plan = texel(view, 10);
-  return vec4(2.0 * (at.xy * plan.xy + plan.zw * at.z) / layerSize - at.z, at.z - 0.02, at.z);
+  return vec4(2.0 * (at.xy * plan.xy + plan.zw * at.z) / layerSize - at.z, at.z - 2.0 * nearPlane, at.z);
 }
 `;
 
@@ -135,7 +136,7 @@ in vec4 vVisibility[WEIGHT_TEXELS];
 // Whether the mesh hides a point of a face; point and normal are in the camera's frame.
 bool hidden(int view, vec3 at, vec3 normal) {
   vec4 plan = texel(view, 10), sizes = texel(view, 11);
-  if (!(at.z >= 0.01)) return true;
+  if (!(at.z >= nearPlane)) return true;
   vec2 place = floor(at.xy / at.z * plan.xy + plan.zw);
   if (any(lessThan(place, vec2(0.0))) || any(greaterThanEqual(place, sizes.xy))) return true;
   uvec4 bytes = uvec4(texelFetch(depths, ivec3(ivec2(place), view), 0) * 255.0 + 0.5);
