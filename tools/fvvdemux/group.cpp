@@ -1,6 +1,7 @@
 #include "fvvdemux/group.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_demux/meshes.h"
+#include "fvv_demux/picture_decoder.h"
 #include "fvv_demux/views.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
@@ -38,51 +39,18 @@ std::string why_lost(fvv_status status, const fvv_diagnostic &diagnostic) {
 }
 
 // Of 16 bits when the video has more than 8 and pictures are written as PNG; linear light for OpenEXR.
-using Picture = std::variant<media::Image, media::DeepImage, media::LinearImage>;
+Samples samples_for(Pictures files, int bit_depth) {
+  if (files == Pictures::exr) return Samples::linear;
+  return files == Pictures::png && bit_depth > 8 ? Samples::sixteen_bits : Samples::eight_bits;
+}
 
-// Decodes the samples of one track in order. After a lost sample there are no pictures until the next key.
-class TrackDecoder {
-public:
-  TrackDecoder(const VideoViews &track, Pictures pictures)
-      : shown(track), files(files_of(pictures, track.video->config)),
-        deep(files == Pictures::png && track.video->config.bit_depth > 8) {}
-
-  // The frame's picture into picture, none if the frame has none; returns why it is lost, or "". wanted
-  // false: decodes only what later frames may need.
-  std::string decode(fvv_stream *stream, size_t frame, bool wanted, std::optional<Picture> &picture) {
-    const uint8_t *sample;
-    size_t size;
-    int key = 0;
-    fvv_diagnostic diagnostic = {};
-    const fvv_status status =
-        fvv_stream_sample(stream, frame, shown.video->track, &sample, &size, &key, &diagnostic);
-    if (status == FVV_END) return "";
-    if (status < 0) return broken = why_lost(status, diagnostic);
-    if (key) broken.clear();
-    if (!broken.empty()) return broken;
-    const media::VideoCodec *codec = media::find_video_codec(shown.video->config.codec);
-    if (!wanted && codec && codec->is_stills()) return "";
-    try {
-      if (!decoder) decoder.emplace(shown.video->config);
-      if (files == Pictures::exr)
-        picture = decoder->decode<float>(sample, size);
-      else if (deep)
-        picture = decoder->decode<uint16_t>(sample, size);
-      else
-        picture = decoder->decode(sample, size);
-    } catch (const Error &error) {
-      broken = "track " + std::to_string(shown.video->track) + ": " + error.what();
-    }
-    return broken;
-  }
-  const VideoViews &track() const { return shown; }
-
-private:
+struct PictureTrack {
   VideoViews shown;
-  Pictures files; // not automatic
-  bool deep;
-  std::optional<media::Decoder> decoder;
-  std::string broken; // why no picture can be decoded until the next key
+  PictureDecoder decoder;
+
+  PictureTrack(const VideoViews &track, Pictures pictures)
+      : shown(track), decoder(*track.video, samples_for(files_of(pictures, track.video->config),
+                                                        track.video->config.bit_depth)) {}
 };
 
 class GroupDecoder {
@@ -105,10 +73,10 @@ public:
 
   // The places of pictures in the frames of this group: before any is unpacked.
   fvv_status find_tiles(size_t group, fvv_diagnostic &diagnostic) {
-    for (const TrackDecoder &track : tracks)
-      for (const View &view : track.track().views) {
+    for (const PictureTrack &track : tracks)
+      for (const View &view : track.shown.views) {
         std::optional<fvv_tile> tile;
-        const fvv_status status = tile_in_group(stream, group, *track.track().video, view, tile, diagnostic);
+        const fvv_status status = tile_in_group(stream, group, *track.shown.video, view, tile, diagnostic);
         if (status < 0) return status;
         if (tile) tiles[view.tile.camera_id] = *tile;
       }
@@ -117,20 +85,21 @@ public:
 
   const std::map<uint16_t, uint64_t> &pictures() const { return written; }
 
-  // Why the frame is lost, or "".
-  std::string unpack(size_t frame, int64_t number, bool wanted, WrittenFrame &out) {
+  // Why the frame is lost, or "". Frames before it that are not wanted need no call.
+  std::string unpack(size_t frame, int64_t number, WrittenFrame &out) {
     fvv_frame info;
     fvv_diagnostic diagnostic = {};
     const fvv_status status = fvv_stream_frame(stream, frame, &info, &diagnostic);
     if (status < 0) return why_lost(status, diagnostic);
     std::string why;
     // All tracks continue even if one has lost the frame: later frames need them.
-    std::vector<std::optional<Picture>> pictures(tracks.size());
-    for (size_t i = 0; i < tracks.size(); i++) {
-      const std::string lost = tracks[i].decode(stream, frame, wanted, pictures[i]);
-      if (why.empty()) why = lost;
+    std::vector<std::shared_ptr<const VideoFrame>> pictures;
+    for (PictureTrack &track : tracks) {
+      const fvv_status decoded = track.decoder.decode(stream, first, frame);
+      if (decoded > FVV_ERROR_DAMAGED) fvv::check(decoded, "memory or input", track.decoder.diagnostic());
+      if (decoded < 0 && why.empty()) why = track.decoder.why();
+      pictures.push_back(track.decoder.frame());
     }
-    if (!wanted) return "";
     OwnedMesh mesh;
     bool has_mesh = false;
     if (mesh_track) {
@@ -154,7 +123,7 @@ public:
     if (has_mesh) write(mesh, number, pictures);
     for (size_t i = 0; i < tracks.size(); i++)
       if (pictures[i])
-        std::visit([&](const auto &picture) { write(tracks[i].track(), picture, number); }, *pictures[i]);
+        std::visit([&](const auto &picture) { write(tracks[i].shown, picture, number); }, *pictures[i]);
       else
         out.complete = false;
     return "";
@@ -162,18 +131,19 @@ public:
 
 private:
   // The track whose pictures show the atlas, and the view of it; NULL: the frame has no picture of it.
-  std::pair<size_t, const View *> atlas_of(const std::vector<std::optional<Picture>> &pictures) const {
+  std::pair<size_t, const View *>
+  atlas_of(const std::vector<std::shared_ptr<const VideoFrame>> &pictures) const {
     for (size_t i = 0; i < tracks.size(); i++)
-      for (const View &view : tracks[i].track().views)
+      for (const View &view : tracks[i].shown.views)
         if (pictures[i] && view.tile.camera_id == no_camera) return {i, &view};
     return {0, nullptr};
   }
   const char *picture_extension(size_t track) const {
-    return extension_of(files_of(options.pictures, tracks[track].track().video->config));
+    return extension_of(files_of(options.pictures, tracks[track].shown.video->config));
   }
 
   void write(const fvv_mesh &coded, int64_t number,
-             const std::vector<std::optional<Picture>> &pictures) const {
+             const std::vector<std::shared_ptr<const VideoFrame>> &pictures) const {
     const geometry::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
     const std::string file = name("meshes", number, extension_of(options.meshes));
     const auto [track, atlas] = atlas_of(pictures);
@@ -246,7 +216,7 @@ private:
   const FileName &name;
   cli::OutputFolder &folder;
   std::optional<uint16_t> mesh_track;
-  std::vector<TrackDecoder> tracks;
+  std::vector<PictureTrack> tracks;
   std::map<uint16_t, fvv_tile> tiles;   // of cameras in this group
   std::vector<uint16_t> moving;         // cameras
   std::map<uint16_t, uint64_t> written; // pictures, by camera
@@ -295,10 +265,9 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
   const int64_t last = chosen.back().last - plan.number;
   for (int64_t i = 0; i <= last && i < whole; i++) {
     const int64_t number = plan.number + i;
-    const bool wanted = options.frames.has(number);
+    if (!options.frames.has(number)) continue;
     WrittenFrame written;
-    const std::string why = decoder.unpack(plan.frame + size_t(i), number, wanted, written);
-    if (!wanted) continue;
+    const std::string why = decoder.unpack(plan.frame + size_t(i), number, written);
     if (why.empty())
       result.frames.push_back(written);
     else

@@ -11,49 +11,11 @@ namespace fvv::python {
 
 // ---- video ---------------------------------------------------------------------------------------------
 
-TrackVideo::TrackVideo(uint16_t the_track, const fvv_video_config &config)
-    : track(the_track), codec(config.codec), bit_depth(config.bit_depth), decoder(config) {}
-
-std::shared_ptr<const VideoFrame> TrackVideo::decode(const uint8_t *sample, size_t size,
-                                                     const std::string &file) {
-  try {
-    return media::with_sample_type(codec, bit_depth, [&](auto type) {
-      return std::make_shared<const VideoFrame>(decoder.decode<decltype(type)>(sample, size));
-    });
-  } catch (const Error &error) {
-    throw Failure(FVV_ERROR_DAMAGED, "track " + std::to_string(track) + ": " + error.what(), file);
-  }
-}
-
-std::shared_ptr<const VideoFrame> TrackVideo::decode(fvv_stream *stream, const std::string &file,
-                                                     size_t first, size_t frame) {
-  if (shown == frame) return last;
-  const bool stills = media::find_video_codec(codec)->is_stills();
-  const size_t begin = stills ? frame : group == first && next <= frame ? next : first;
-  std::optional<Failure> broken; // until the next key
-  shown = next = SIZE_MAX;
-  group = first;
-  for (size_t i = begin; i <= frame; i++) {
-    last.reset();
-    const uint8_t *sample = nullptr;
-    size_t size = 0;
-    int key = 0;
-    fvv_diagnostic diagnostic = {};
-    const fvv_status status = fvv_stream_sample(stream, i, track, &sample, &size, &key, &diagnostic);
-    if (status == FVV_END) continue;
-    try {
-      require(status, diagnostic, file);
-      if (key) broken.reset();
-      if (!broken) last = decode(sample, size, file);
-    } catch (const Failure &failure) {
-      if (failure.diagnostic.status > FVV_ERROR_DAMAGED) throw;
-      broken.emplace(failure);
-    }
-  }
-  if (broken) throw Failure(*broken);
-  shown = frame;
-  next = frame + 1;
-  return last;
+std::shared_ptr<const demux::VideoFrame> require_picture(const demux::PictureDecoder &decoder,
+                                                         fvv_status status, const std::string &file) {
+  if (status >= 0) return decoder.frame();
+  if (decoder.diagnostic().status) throw Failure(decoder.diagnostic(), file);
+  throw Failure(status, decoder.why(), file);
 }
 
 void check_video(const std::vector<demux::VideoViews> &tracks, const Limits &limits,
@@ -73,8 +35,9 @@ void check_video(const std::vector<demux::VideoViews> &tracks, const Limits &lim
   }
 }
 
-std::shared_ptr<Picture> picture_of(const std::shared_ptr<const VideoFrame> &frame, const fvv_tile &tile,
-                                    const demux::View &view, const fvv_camera *calibration) {
+std::shared_ptr<Picture> picture_of(const std::shared_ptr<const demux::VideoFrame> &frame,
+                                    const fvv_tile &tile, const demux::View &view,
+                                    const fvv_camera *calibration) {
   auto out = std::make_shared<Picture>();
   out->frame = frame;
   out->tile = tile;
@@ -488,8 +451,9 @@ std::shared_ptr<Picture> Stream::picture(size_t i, uint16_t camera) {
         if (!tile) return nullptr;
         const uint16_t id = track.video->track;
         auto decoder = videos.find(id);
-        if (decoder == videos.end()) decoder = videos.try_emplace(id, id, track.video->config).first;
-        const auto frame = decoder->second.decode(stream.get(), source.name(), found.first, found.frame);
+        if (decoder == videos.end()) decoder = videos.try_emplace(id, *track.video).first;
+        const auto frame = require_picture(
+            decoder->second, decoder->second.decode(stream.get(), found.first, found.frame), source.name());
         if (!frame) return nullptr;
         fvv_camera calibration;
         const fvv_status status =

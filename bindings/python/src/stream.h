@@ -3,8 +3,8 @@
 #pragma once
 
 #include "fvv_demux/frame_plan.h"
+#include "fvv_demux/picture_decoder.h"
 #include "fvv_demux/views.h"
-#include "fvv_media/video.h"
 #include "fvv_view/frame.h"
 #include "source.h"
 #include "values.h"
@@ -17,25 +17,9 @@
 
 namespace fvv::python {
 
-// Decodes one video track; frames in order cost one sample each, others those since the group began.
-class TrackVideo {
-public:
-  TrackVideo(uint16_t track, const fvv_video_config &config);
-  // NULL: the frame has no picture. first: first frame of its group.
-  std::shared_ptr<const VideoFrame> decode(fvv_stream *stream, const std::string &file, size_t first,
-                                           size_t frame);
-  // The same for samples that come in order.
-  std::shared_ptr<const VideoFrame> decode(const uint8_t *sample, size_t size, const std::string &file);
-
-private:
-  const uint16_t track;
-  const uint32_t codec;
-  const int bit_depth;
-  media::Decoder decoder;
-  size_t group = SIZE_MAX, next = SIZE_MAX; // first frame of the group, and the one after the last decoded
-  size_t shown = SIZE_MAX;                  // frame of last
-  std::shared_ptr<const VideoFrame> last;
-};
+// What a decoder's call left; NULL: the frame has no picture. Throws Failure when status is an error.
+std::shared_ptr<const demux::VideoFrame> require_picture(const demux::PictureDecoder &decoder,
+                                                         fvv_status status, const std::string &file);
 
 // Throws Failure if decoding these tracks takes more than limits allow, or a codec is not known.
 void check_video(const std::vector<demux::VideoViews> &tracks, const Limits &limits, const std::string &file);
@@ -46,8 +30,9 @@ py::dict describe(const fvv_configuration &configuration, size_t rung);
 py::tuple describe(const fvv_diagnostic &diagnostic, const std::string &file);
 
 // The picture of a tile; frame is not NULL. calibration: of the camera in the frame, NULL: none.
-std::shared_ptr<Picture> picture_of(const std::shared_ptr<const VideoFrame> &frame, const fvv_tile &tile,
-                                    const demux::View &view, const fvv_camera *calibration);
+std::shared_ptr<Picture> picture_of(const std::shared_ptr<const demux::VideoFrame> &frame,
+                                    const fvv_tile &tile, const demux::View &view,
+                                    const fvv_camera *calibration);
 
 class Stream {
 public:
@@ -118,7 +103,7 @@ private:
   demux::Plan plan;
   std::vector<Place> places;
   uint64_t byte_count = 0;
-  std::map<uint16_t, TrackVideo> videos; // by track, of the configuration at video_configuration
+  std::map<uint16_t, demux::PictureDecoder> videos; // by track, of the configuration at video_configuration
   uint64_t video_configuration = 0;
   std::vector<fvv_diagnostic> met; // damage that reading ran into
   std::vector<std::string> sound_losses;

@@ -4,13 +4,12 @@
 
 #include "fvv/stream.h"
 #include "fvv_cxx/owned.h"
+#include "fvv_demux/picture_decoder.h"
 #include "fvv_demux/sounds.h"
-#include "fvv_media/image.h"
 
 #include <memory>
 #include <pybind11/numpy.h>
 #include <string>
-#include <variant>
 #include <vector>
 
 namespace fvv::python {
@@ -34,13 +33,10 @@ struct Camera {
   std::string name;
 };
 
-// A frame of video. Linear light has become half floats when it is an array.
-using VideoFrame = std::variant<media::Image, media::DeepImage, media::LinearImage>;
-
 // A camera's picture, or the atlas, in a frame of video.
 struct Picture {
-  std::shared_ptr<const VideoFrame> frame;
-  fvv_tile tile, whole;                 // as of fvv_demux/views.h
+  std::shared_ptr<const demux::VideoFrame> frame; // linear light has become half floats when it is an array
+  fvv_tile tile, whole;                           // as of fvv_demux/views.h
   std::shared_ptr<const Camera> camera; // of the pixels of the tile; NULL: the atlas, or not calibrated
   py::object half;                      // the pixels as float16, once they were needed
 };

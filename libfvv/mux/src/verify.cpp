@@ -5,6 +5,7 @@
 #include "fvv_cxx/input_file.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/parallel.h"
+#include "fvv_demux/picture_decoder.h"
 #include "mux/src/background.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
@@ -360,18 +361,15 @@ private:
     const bool lossless = decision.settings.codec == FVV_CODEC_OEXR;
     const double floor = lossless ? INFINITY : std::min(decision.sample_psnr, exact_enough) - psnr_slack;
     VideoVerdict verdict;
-    media::Decoder decoder(video->config);
+    demux::PictureDecoder decoder(*video);
     for (size_t i = 0; i < plan.frames_of(index); i++) {
       const size_t frame = plan.first_of(index) + i;
-      const uint8_t *sample = nullptr;
-      size_t size = 0;
-      int key = 0;
-      check(fvv_stream_sample(stream.get(), frame, track.id, &sample, &size, &key, &diagnostic), frame,
-            "picture");
-      const double psnr =
-          media::with_sample_type(video->config.codec, video->config.bit_depth, [&](auto type) {
-            return compare<decltype(type)>(track, frame, decoder, sample, size, verdict);
-          });
+      const fvv_status status = decoder.decode(stream.get(), plan.first_of(index), frame);
+      if (status < 0 && !decoder.diagnostic().status) fail(frame, decoder.why());
+      diagnostic = decoder.diagnostic();
+      check(status, frame, "picture");
+      const double psnr = std::visit(
+          [&](const auto &picture) { return compare(track, frame, picture, verdict); }, *decoder.frame());
       if (psnr < floor) {
         char text[120];
         std::snprintf(text, sizeof text, "%.2f dB of luma PSNR, expected at least %.2f dB", psnr, floor);
@@ -384,19 +382,8 @@ private:
   }
 
   template <class Sample>
-  media::BasicImage<Sample> decode(media::Decoder &decoder, size_t frame, const uint8_t *sample,
-                                   size_t size) const {
-    try {
-      return decoder.decode<Sample>(sample, size);
-    } catch (const Error &error) {
-      fail(frame, error.what());
-    }
-  }
-
-  template <class Sample>
-  double compare(const VideoTrack &track, size_t frame, media::Decoder &decoder, const uint8_t *sample,
-                 size_t size, VideoVerdict &verdict) const {
-    const media::BasicImage<Sample> decoded = decode<Sample>(decoder, frame, sample, size);
+  double compare(const VideoTrack &track, size_t frame, const media::BasicImage<Sample> &decoded,
+                 VideoVerdict &verdict) const {
     const Picture<Sample> source = load_picture<Sample>(plan, track, frame, decision_of(track).masks);
     const media::LumaError error =
         media::luma_error(source.image, decoded, source.mask.pixels.empty() ? nullptr : &source.mask);

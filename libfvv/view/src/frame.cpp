@@ -3,6 +3,7 @@
 #include "fvv_cxx/owned.h"
 #include "fvv_demux/frame_plan.h"
 #include "fvv_demux/meshes.h"
+#include "fvv_demux/picture_decoder.h"
 #include "fvv_demux/views.h"
 #include "fvv_media/colour.h"
 #include "fvv_media/frame.h"
@@ -204,18 +205,17 @@ private:
   }
 
   void load_track(const demux::VideoViews &track, Frame &out) {
-    std::string why;
     const bool wide = track.video->config.codec == FVV_CODEC_OEXR;
+    demux::PictureDecoder decoder(*track.video, wide ? demux::Samples::linear : demux::Samples::sixteen_bits);
+    const fvv_status status = decoder.decode(stream.get(), place.first, place.frame);
+    if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, where, decoder.diagnostic());
+    std::string why = status == FVV_END ? "track " + std::to_string(track.video->track) + " has none"
+                      : status < 0      ? decoder.why()
+                                        : "";
     media::DeepImage picture;
     media::BasicImage<float> wide_picture;
-    try {
-      if (wide)
-        wide_picture = display_values(decode<float>(*track.video, why));
-      else
-        picture = decode<uint16_t>(*track.video, why);
-    } catch (const Error &error) {
-      why = "track " + std::to_string(track.video->track) + ": " + error.what();
-    }
+    if (why.empty() && wide) wide_picture = display_values(std::get<media::LinearImage>(*decoder.frame()));
+    if (why.empty() && !wide) picture = std::get<media::DeepImage>(*decoder.frame());
     for (const demux::View &view : track.views) {
       const fvv_camera *camera = out.camera(view.tile.camera_id);
       if (!camera) continue; // an atlas, or not calibrated
@@ -263,33 +263,6 @@ private:
       out.environment.clear();
       out.losses.push_back(where + ": no environment: " + error.what());
     }
-  }
-
-  // The sample of a frame; none, with the reason, if there is none.
-  bool sample(size_t frame, uint16_t track, const uint8_t *&bytes, size_t &size, int &key, std::string &why) {
-    fvv_diagnostic diagnostic = {};
-    const fvv_status status = fvv_stream_sample(stream.get(), frame, track, &bytes, &size, &key, &diagnostic);
-    if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, where, diagnostic);
-    why = status == FVV_END ? "track " + std::to_string(track) + " has none"
-          : status < 0      ? demux::text_of(diagnostic)
-                            : "";
-    return status == FVV_OK;
-  }
-
-  template <class Sample> media::BasicImage<Sample> decode(const fvv_video_layout &video, std::string &why) {
-    const uint8_t *bytes = nullptr;
-    size_t size = 0, first = place.frame + 1;
-    int key = 0;
-    // From the last key on.
-    while (first > place.first && !key)
-      if (!sample(--first, video.track, bytes, size, key, why)) return {};
-    media::Decoder decoder(video.config);
-    media::BasicImage<Sample> picture;
-    for (size_t frame = first; frame <= place.frame; frame++) {
-      if (!sample(frame, video.track, bytes, size, key, why)) return {};
-      picture = decoder.decode<Sample>(bytes, size);
-    }
-    return picture;
   }
 
   const InputFile &file;

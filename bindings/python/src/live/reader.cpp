@@ -46,9 +46,8 @@ struct LiveMeshes {
 
 struct LiveVideo {
   demux::VideoViews views;
-  std::unique_ptr<TrackVideo> decoder;
+  std::optional<demux::PictureDecoder> decoder;
   std::map<uint16_t, fvv_tile> tiles; // by camera, in this group
-  bool broken = true;                 // until a key
 };
 
 // What decoding frames needs of a configuration and of the frames before. Pointers are into the
@@ -75,7 +74,7 @@ public:
     sounds.begin_group(start, end);
     for (auto &[track, video] : videos) {
       video.tiles.clear();
-      video.broken = true;
+      if (video.decoder) video.decoder->begin_group();
       for (const demux::View &view : video.views.views) video.tiles[view.tile.camera_id] = view.tile;
     }
   }
@@ -239,12 +238,9 @@ private:
     const auto size = size_t(chunk.header.size);
     fvv_diagnostic diagnostic = {};
     call(fvv_video_sample_check(&config, key, chunk.payload, size, &diagnostic), diagnostic, chunk);
-    if (key) video.broken = false;
-    if (video.broken) throw Failure(FVV_ERROR_DAMAGED, "a picture comes before its key picture", file);
-    if (!video.decoder) video.decoder = std::make_unique<TrackVideo>(chunk.header.track, config);
-    video.broken = true;
-    const auto decoded = video.decoder->decode(chunk.payload, size, file);
-    video.broken = false;
+    if (!video.decoder) video.decoder.emplace(*video.views.video);
+    const auto decoded =
+        require_picture(*video.decoder, video.decoder->decode(chunk.payload, size, key), file);
     for (const demux::View &view : video.views.views) {
       const auto tile = video.tiles.find(view.tile.camera_id);
       if (tile == video.tiles.end()) continue;
