@@ -245,6 +245,14 @@ export class Decoder extends EventTarget {
     await this.#call("setShownScale", { scale });
   }
 
+  /**
+   * The rung that is worth fetching for a frame that stays on screen, which a seek to the same frame does: the wanted one, else
+   * the best that is shown and that the network carries. null: there is no ladder, or nothing is known of the network.
+   */
+  lastingRung() {
+    return this.#call("lastingRung");
+  }
+
   /** Selects the tracks whose cameras a picture from eye towards target needs. See camerasFor. */
   async look(view) {
     camerasFor([], view);

@@ -316,6 +316,9 @@ export class Engine {
   setShownScale({ scale }) {
     this.#playback.setShownScale(scale);
   }
+  lastingRung() {
+    return this.#playback.lastingRung;
+  }
 
   status() {
     const [source, playback, cache] = [this.#source, this.#playback, this.#cache];

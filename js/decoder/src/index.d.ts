@@ -624,6 +624,11 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   /** Pixels on the screen for a pixel of the cameras' pictures: "auto" takes no rung that is finer than it needs to be. null: not
    * known. */
   setShownScale(scale: number | null): Promise<void>;
+  /**
+   * The rung that is worth fetching for a frame that stays on screen, which a seek to the same frame does: that of setRung, else
+   * the best that is shown and that the network carries. null: there is no ladder, or nothing is known of the network.
+   */
+  lastingRung(): Promise<number | null>;
   /** Selects the tracks that a picture needs (camerasFor), and again when the configuration changes. Before the
    * configuration has arrived both lists are empty, and the selection is made when it arrives. */
   look(viewpoint: Viewpoint): Promise<{ cameras: { camera: number; share: number }[]; tracks: number[] }>;

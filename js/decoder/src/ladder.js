@@ -117,12 +117,18 @@ export class Chooser {
     const rung = this.#byBuffer ? full : affordable;
     return { rung: Math.max(best, rung), reason: this.#byBuffer ? "buffer" : "throughput" };
   }
+  /** The best of these bit rates that the network carries, by what was measured; null: nothing was. */
+  carries(rates) {
+    const { value } = this.#throughput;
+    if (value === null) return null;
+    const found = rates.findIndex((rate) => rate <= SAFETY * value);
+    return found < 0 ? rates.length - 1 : found;
+  }
   /** The best rung that arrives as fast as it is played; null: the throughput is not known. */
   #affordable(bits, seconds, buffer) {
     const { value } = this.#throughput;
-    if (value === null) return null;
-    const found = bits.findIndex((size) => size / seconds <= SAFETY * value);
-    const rung = found < 0 ? bits.length - 1 : found;
+    const rung = this.carries(bits.map((size) => size / seconds));
+    if (rung === null) return null;
     // The network may carry more than was measured: a better rung shows it, if the buffer lasts.
     const isTried = this.#isHeldUp && rung > 0 && bits[rung - 1] / value <= TRIED * buffer;
     return isTried ? rung - 1 : rung;

@@ -142,6 +142,10 @@ export class Playback {
   setShownScale(scale) {
     this.#choice.shownScale = scale;
   }
+  /** The rung worth fetching for a frame that stays on screen; null: nothing is known of it. */
+  get lastingRung() {
+    return this.about.seekable ? this.#choice.lasting(this.#prefetcher !== null || this.#source.rungs !== null) : null;
+  }
   /** What the network gave, in bits per second, and the seconds that are buffered; null: not known. */
   get network() {
     return {

@@ -45,6 +45,17 @@ export class RungChoice {
       this.all.findLastIndex(({ scale }) => scale === null || scale >= shown),
     );
   }
+  /**
+   * The rung that is worth fetching for a frame that stays on screen: the one that is wanted, else the best that is shown and
+   * that the network carries. fetched: whether rungs are fetched one by one. null: no ladder, or nothing was measured.
+   */
+  lasting(fetched) {
+    const rungs = this.all;
+    if (rungs.length < 2) return null;
+    if (!fetched || this.wanted !== "auto") return Math.min(this.wanted === "auto" ? 0 : this.wanted, rungs.length - 1);
+    const carried = this.chooser.carries(rungs.map(({ bitRate }) => bitRate));
+    return carried === null ? null : Math.max(this.#bestShown(), carried);
+  }
   /** Of a source that is read in order; null: there is no ladder. */
   get local() {
     if (this.rungs.length < 2) return null;

@@ -18,6 +18,7 @@ const { call } = connect(self, {
   select: (wanted) => engine.select(wanted),
   setRung: (wanted) => engine.setRung(wanted),
   setShownScale: (shown) => engine.setShownScale(shown),
+  lastingRung: async () => engine.lastingRung(),
   status: () => engine.status(),
   bufferedTimes: () => engine.bufferedTimes(),
   close: () => engine.close(),

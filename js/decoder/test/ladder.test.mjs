@@ -227,6 +227,38 @@ test("no rung is chosen that is finer than what is shown", async () => {
   assert.ok(frames.slice(2).every(({ rung }) => rung >= 1));
 });
 
+test("a frame that stays on screen comes again in the rung that the network carries", async () => {
+  for (const source of [url, manifest]) {
+    const decoder = await createDecoder({ source, limits: { cacheBytes: 0 } });
+    const first = await decoder.next();
+    assert.equal(first.rung, 2);
+    const again = async () => {
+      await decoder.seek({ frame: 0 });
+      const frame = await decoder.next();
+      checkFrames([frame], decoder.rungs);
+      assert.equal(frame.number, 0);
+      return frame.rung;
+    };
+    // What is read ahead tells what the network carries.
+    const deadline = performance.now() + 20000;
+    while ((await decoder.lastingRung()) !== 0) {
+      assert.ok(performance.now() < deadline, `rung ${await decoder.lastingRung()} after 20 s`);
+      await new Promise((done) => setTimeout(done, 20));
+    }
+    assert.equal(await again(), 0);
+    await decoder.setShownScale(0.3);
+    assert.equal(await decoder.lastingRung(), 1);
+    await decoder.setRung(2);
+    assert.equal(await decoder.lastingRung(), 2);
+    assert.equal(await again(), 2);
+    decoder.close();
+  }
+  const local = await createDecoder({ source: readFileSync(clips.ladder) });
+  await local.next();
+  assert.equal(await local.lastingRung(), 0);
+  local.close();
+});
+
 test("segments: each rung has files of its own", async () => {
   for (const wanted of ["auto", 0, 2]) {
     const { frames, rungs, gaps, changes } = await play({ source: manifest, rung: wanted });

@@ -283,7 +283,11 @@ export class FvvPlayer extends ViewpointElement {
   }
 
   #chooseRung() {
-    this.#media.decoder?.setRung(this.rung).catch(() => {});
+    const { decoder } = this.#media;
+    decoder?.setRung(this.rung).then(
+      () => this.#media.improve(),
+      () => {},
+    );
     this.dispatchEvent(new Event("optionschange"));
   }
   #takeRung(detail) {

@@ -66,6 +66,7 @@ class FakeDecoder extends EventTarget {
       decodeMs: 1,
       samples: [{}],
       pictures: world.lost(number) ? [] : [{}],
+      rung: world.rung,
       configuration: { timeBase: { numerator: 1, denominator: RATE } },
       close: () => {
         if (!closed) world.open--;
@@ -84,6 +85,10 @@ class FakeDecoder extends EventTarget {
         ? tick
         : group.firstFrame + Math.min(Math.max(tick - group.first, 0), group.frameCount - 1);
     this.#next = frame ?? Math.min(within, this.count - 1);
+  }
+  rung = "auto";
+  async lastingRung() {
+    return this.world.lastingRung;
   }
   async stats() {
     return { bytesRead: 100 * this.#next, memoryBytes: 1, queued: 0 };
@@ -108,6 +113,9 @@ export class World {
   seeks = 0;
   /** lost(number): whether the picture of a frame is lost. */
   lost = () => false;
+  /** Of the frames that come, and what the decoder says of frames that stay. */
+  rung = null;
+  lastingRung = null;
   shown = [];
   events = [];
   #timers = [];
@@ -126,7 +134,8 @@ export class World {
       },
       show: async (frame) => {
         if (this.showMs > 0) await this.wait(this.showMs);
-        this.shown.push({ number: frame.number, at: this.now });
+        const { number, rung, pictures } = frame;
+        this.shown.push({ number, rung, pictures: pictures.length, at: this.now });
         return true;
       },
       vacate: () => this.shown.push({ number: null, at: this.now }),

@@ -603,3 +603,100 @@ test("where no group has a mesh the stage is empty: between groups, before their
     assert.deepEqual(world.numbers().slice(-expected.length), expected);
   }
 });
+
+/** Real time, which attempts for a frame that stays on screen take. */
+async function linger(world, milliseconds) {
+  await new Promise((done) => setTimeout(done, milliseconds));
+  await world.advance(40);
+}
+
+test("a frame that stays on screen is requested again in the best rung that the network carries", async () => {
+  const world = new World();
+  Object.assign(world, { rung: 2, lastingRung: null });
+  const media = world.media();
+  media.load("clip");
+  await world.advance(40);
+  media.play();
+  await world.advance(400);
+  media.pause();
+  await world.advance(40);
+  const { number } = world.shown.at(-1);
+  await linger(world, 300);
+  assert.equal(world.seeks, 0, "nothing is known of the network");
+  Object.assign(world, { rung: 1, lastingRung: 1 });
+  await linger(world, 600);
+  const { at, ...shown } = world.shown.at(-1);
+  assert.deepEqual(shown, { number, rung: 1, pictures: 1 });
+  assert.equal(world.seeks, 1);
+  assert.equal(media.seeking, false);
+  // Playback goes on with the next frame, and nothing is requested twice.
+  world.take();
+  world.numbers();
+  media.play();
+  await world.advance(200);
+  assert.deepEqual(world.numbers().slice(0, 3), numbersTo(number + 4, number + 1));
+  assert.deepEqual(world.take(), ["play", "playing"]);
+  assert.ok(world.mostOpen <= 2, `${world.mostOpen} open`);
+});
+
+test("a frame that comes again no better is not shown, and not requested once more", async () => {
+  const world = new World();
+  Object.assign(world, { rung: 2, lastingRung: 0 });
+  const media = world.media();
+  media.load("clip");
+  await world.advance(40);
+  await linger(world, 300);
+  await linger(world, 600);
+  assert.deepEqual(world.numbers(), [0]);
+  assert.equal(world.seeks, 1);
+  media.play();
+  await world.advance(100);
+  assert.deepEqual(world.numbers().slice(0, 2), [1, 2]);
+});
+
+test("another rung is drawn at once while paused", async () => {
+  const { world, media } = await ready();
+  await linger(world, 10);
+  Object.assign(world, { rung: 2, lastingRung: 2 });
+  world.decoders[0].rung = 2;
+  media.improve();
+  await world.advance(40);
+  const { at, ...shown } = world.shown.at(-1);
+  assert.deepEqual(shown, { number: 0, rung: 2, pictures: 1 });
+});
+
+test("pictures that a decoder lost are requested again while paused, unless no decoder knows the codec", async () => {
+  for (const unsupported of [false, true]) {
+    const world = new World();
+    let left = 3;
+    world.lost = () => left-- > 0;
+    const media = world.media();
+    media.load("clip");
+    await world.advance(40);
+    if (unsupported)
+      world.decoders[0].dispatchEvent(Object.assign(new Event("warning"), { detail: { code: "unsupported" } }));
+    // The first frame was requested twice before it was shown without its picture; the next one is lost, too.
+    left = 1;
+    await linger(world, 300);
+    await linger(world, 600);
+    assert.equal(world.shown.at(-1).pictures, unsupported ? 0 : 1);
+    assert.equal(world.shown.at(-1).number, 0);
+    const { seeks } = world;
+    await linger(world, 300);
+    assert.equal(world.seeks, seeks);
+  }
+});
+
+test("a hidden page asks for nothing", async () => {
+  const world = new World();
+  Object.assign(world, { rung: 2, lastingRung: 0 });
+  const media = world.media();
+  media.load("clip");
+  await world.advance(40);
+  media.suspended = true;
+  await linger(world, 300);
+  assert.equal(world.seeks, 0);
+  media.suspended = false;
+  await linger(world, 300);
+  assert.equal(world.seeks, 1);
+});

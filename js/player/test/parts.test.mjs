@@ -32,6 +32,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     copyFileSync(here("../../node_modules/axe-core/axe.min.js"), join(served.folder, "axe.js"));
     mux(join(served.folder, "meshes.fvv"), "--no-pictures", "--triangles", "6000");
     mux(join(served.folder, "pictures.fvv"), "--no-meshes");
+    mux(join(served.folder, "ladder.fvv"), "--ladder", "1,0.5");
     await until(() => window.player.readyState === 4);
   });
   after(async () => {
@@ -73,6 +74,19 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     [238, 240, 243].forEach((value, i) => assert.ok(Math.abs(below[i] - value) <= 1, `${below} below`));
     assert.ok(above[2] - above[0] > below[2] - below[0] + 4, `${above} above`);
     await ask(() => (window.player.grid = true));
+  });
+
+  test("a paused frame becomes as good as the network allows, and another rung is drawn at once", async () => {
+    await load("ladder");
+    await until(() => window.player.playedRung === 0 && window.player.paused && window.player.currentFrame === 0);
+    await seekTo(5);
+    await until(() => window.player.playedRung === 0);
+    await ask(() => (window.player.rung = 1));
+    await until(() => window.player.playedRung === 1 && !window.player._stage.busy);
+    assert.deepEqual(await ask(() => [window.player.currentFrame, window.player.paused]), [5, true]);
+    await ask(() => (window.player.rung = "auto"));
+    await until(() => window.player.playedRung === 0);
+    await load("players");
   });
 
   test("focus() gives the keys to the player", async () => {

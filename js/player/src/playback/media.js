@@ -296,7 +296,7 @@ export class Media extends DelayedEvents {
     return !this.paused && !this.ended && !this.#suspended && this.#playout !== null;
   }
   #updateRunning() {
-    if (this.#playout) this.#playout.running = this.running;
+    if (this.#playout) Object.assign(this.#playout, { watched: !this.#suspended, running: this.running });
     if (this.running) this.#wake();
   }
 
@@ -403,6 +403,10 @@ export class Media extends DelayedEvents {
     const { start, shown } = playout;
     const at = this.#place(place);
     playout.seek(at, at.seconds ?? start + at.frame * (shown?.duration ?? 0));
+  }
+  /** Another rung is wanted: a frame that stays on screen is shown in it at once. */
+  improve() {
+    this.#playout?.improve();
   }
   /** Pauses, and shows the frame count frames further on. */
   step(count) {

@@ -3,6 +3,7 @@
 
 import { FrameQueue } from "./frame_queue.js";
 import { groupAt, union } from "./ranges.js";
+import { Resting } from "./resting.js";
 import { Clock, LiveEdge, whatIsDue } from "./timing.js";
 
 /** Milliseconds that a search may continue after another seek; with less nothing is shown while the user scrubs. */
@@ -45,6 +46,11 @@ export class Playout {
   #retried = false; // the first frame lacked pictures and was requested again
   #damage = null; // the first
   #complete = false; // the frame on screen has all its pictures
+  #rung = null; // of the frame on screen
+  #resting = new Resting({ better: (asked) => this.#better(asked), ask: () => this.#askAgain() });
+  #again = null; // number of the frame on screen, while it is requested again
+  #isWatched = true;
+  #unsupported = false; // a codec: pictures are missing for good
   #begins = -Infinity; // position from which on a round of the loop is played
   live = false;
   loop = false;
@@ -78,6 +84,7 @@ export class Playout {
     // The length of some sources is known only at their end.
     decoder.addEventListener("warning", ({ detail }) => {
       if (detail.severity === "error" && detail.code !== "gap") this.#damage ??= detail;
+      if (detail.code === "unsupported") this.#unsupported = true;
     });
     decoder.addEventListener("groups", () => this.#seconds && this.#learnGroups());
   }
@@ -99,8 +106,15 @@ export class Playout {
   }
   set running(running) {
     this.#running = running;
+    if (running) this.#again = null;
     this.#synchronise();
     this.#evaluate();
+    this.#rest();
+  }
+  /** false: the page is hidden, so that no frame has to look better. */
+  set watched(watched) {
+    this.#isWatched = watched;
+    this.#rest();
   }
   set rate(rate) {
     this.#rate = rate;
@@ -192,6 +206,7 @@ export class Playout {
     if (queue.showing || this.#closed || !queue.settled) return;
     const { frame, ended } = queue;
     if (this.#search) this.#takeFound(frame, ended);
+    else if (this.#again !== null) this.#takeAgain(frame, ended);
     else if (!this.shown) {
       if (frame && this.#retries(frame, this.#retried)) this.#retried = true;
       else if (frame) this.#present();
@@ -203,6 +218,42 @@ export class Playout {
     }
     if (queue.ended && !queue.showing && !this.#wrapped) this.#host.drained();
     queue.fill();
+  }
+
+  /** Whether the frame on screen stays there, and can be requested again. */
+  get #rests() {
+    const isIdle = !this.#running && !this.#search && this.#goal === null && !this.#closed;
+    return isIdle && this.#isWatched && this.decoder.seekable && this.shown !== null && !this.shown.vacated;
+  }
+  #rest() {
+    if (this.#rests) this.#resting.begin();
+    else this.#resting.end();
+  }
+  /** Another rung is wanted. */
+  improve() {
+    if (this.#rests) this.#resting.hurry();
+  }
+  async #better(asked) {
+    const { decoder } = this;
+    const wished = (await decoder.lastingRung?.().catch(() => null)) ?? null;
+    const isBetter = wished !== null && (decoder.rung === "auto" ? wished < this.#rung : wished !== this.#rung);
+    return { rung: isBetter && !asked.has(wished) ? wished : null, lacks: !this.#complete && !this.#unsupported };
+  }
+  #askAgain() {
+    if (!this.#rests || this.#queue.showing) return;
+    this.#wrapped = false;
+    this.#again = this.shown.number;
+    this.#seekQueue({ frame: this.#again });
+  }
+  /** The frame on screen has come again. */
+  #takeAgain(frame, ended) {
+    if (!frame && !ended) return;
+    const isSame = frame?.number === this.#again;
+    this.#again = null;
+    if (!isSame) return;
+    const isWorse = this.#complete && lacksPictures(frame);
+    if (!isWorse && (frame.rung !== this.#rung || !this.#complete)) this.#present();
+    else this.#queue.shift().close();
   }
 
   #noFrames() {
@@ -322,8 +373,10 @@ export class Playout {
   async #present(done) {
     const frame = this.#queue.shift();
     const { number, seconds, duration, decodeMs } = frame;
+    const isAgain = number === this.shown?.number;
     const until = this.#seconds(frame.group.end);
     this.#complete = !lacksPictures(frame);
+    this.#rung = frame.rung ?? null;
     // The position is already that of the restarted stream.
     if (seconds < this.shown?.seconds) this.#edge.enter();
     const began = this.#now();
@@ -347,11 +400,14 @@ export class Playout {
     done?.();
     this.#synchronise();
     this.#evaluate();
+    if (!isAgain) this.#rest();
   }
 
   /** place: as Decoder.seek takes it. position: its seconds, as far as known. */
   seek(place, position) {
     this.#goal = { place, position, number: place.frame ?? null };
+    this.#again = null;
+    this.#resting.end();
     this.#wrapped = false;
     this.#begins = -Infinity;
     this.#clock.stop();
@@ -405,6 +461,7 @@ export class Playout {
     if (this.shown) this.#leaveStage();
     this.#host.ready(2);
     this.#host.sought();
+    this.#rest();
   }
 
   /** Moves count frames forward or back from the frame that is shown or sought. Returns false if that is impossible. */
@@ -448,6 +505,7 @@ export class Playout {
 
   close() {
     this.#closed = true;
+    this.#resting.end();
     clearTimeout(this.#searchTimer);
     this.#queue.close();
   }
