@@ -21,6 +21,7 @@
 #include <charconv>
 #include <cstdio>
 #include <sstream>
+#include <string_view>
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -80,28 +81,37 @@ public:
   }
 
 private:
-  // Messages of a client are read, as its pongs are; all but the wish for a rung are ignored.
+  // Messages of a client are read, as its pongs are; all but the wish for a rung and its own ping are
+  // ignored.
   void read() {
     socket.async_read(inbound, [self = shared_from_this()](beast::error_code error, size_t) {
       if (error) return self->finish(self->queue.ended() ? "end of stream" : reason(error));
-      if (self->socket.got_text()) self->take_wish();
+      if (self->socket.got_text()) self->take_message();
       self->inbound.clear();
       self->read();
     });
   }
 
-  void take_wish() {
+  void take_message() {
     const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json &) {
       return depth <= 1;
     };
     const auto *text = static_cast<const char *>(inbound.data().data());
-    const auto wish = nlohmann::json::parse(text, text + inbound.size(), shallow, false);
-    if (!wish.is_object() || wish.value("type", nlohmann::json()) != "rung") return;
-    const auto rung = wish.find("rung");
-    if (rung != wish.end() && rung->is_number_unsigned() && *rung <= most_rung) wanted = rung->get<size_t>();
+    const auto message = nlohmann::json::parse(text, text + inbound.size(), shallow, false);
+    if (!message.is_object()) return;
+    const auto type = message.value("type", nlohmann::json());
+    if (type == "ping") {
+      asked = true;
+      return wake();
+    }
+    if (type != "rung") return;
+    const auto rung = message.find("rung");
+    if (rung != message.end() && rung->is_number_unsigned() && *rung <= most_rung)
+      wanted = rung->get<size_t>();
   }
 
   void write() {
+    if (asked) return respond();
     const Message *message = queue.next();
     if (!message) {
       if (queue.ended()) close();
@@ -116,6 +126,19 @@ private:
                          self->queue.sent();
                          self->write();
                        });
+  }
+
+  // Pages don't see pings of the protocol.
+  void respond() {
+    static constexpr std::string_view pong = R"({"type":"pong"})";
+    asked = false;
+    writing = true;
+    socket.text(true);
+    socket.async_write(asio::buffer(pong), [self = shared_from_this()](beast::error_code error, size_t) {
+      self->writing = false;
+      if (error) return self->finish(reason(error));
+      self->write();
+    });
   }
 
   void close() {
@@ -139,6 +162,7 @@ private:
   std::function<void(const char *)> done;
   beast::flat_buffer inbound{largest_inbound};
   bool writing = true, finished = false; // writing: the response to the handshake, at first
+  bool asked = false;                    // by a ping of the client's
   const char *why = "gone";
 };
 

@@ -16,8 +16,9 @@ export type Source =
       /** ws: or wss:, a live stream as fvvserve sends it. */
       url: string | URL;
       protocols?: string | string[];
-      /** The delay doubles from firstMs (250) to longestMs (8000). Default: no attempts. */
-      reconnect?: { attempts?: number; firstMs?: number; longestMs?: number };
+      /** true: as the option network says. attempts: how many at most since the last data; firstMs, longestMs: in place of those of
+       * network. Default: never. */
+      reconnect?: boolean | { attempts?: number; firstMs?: number; longestMs?: number };
       /** For environments without one, such as Node before 22; the caller's thread decodes then. */
       WebSocket?: new (url: string, protocols?: string | string[]) => unknown;
     }
@@ -50,6 +51,10 @@ export interface NetworkPolicy {
   firstByteMs?: number;
   /** Between two pieces of a body. Default 10000. */
   progressMs?: number;
+  /** Of a live connection without a message, until it gets a ping, and then until it is lost. Default 10000. */
+  silenceMs?: number;
+  /** Until any of these after the event "online". Default 1500. */
+  onlineMs?: number;
   /** The first wait, which doubles up to longestMs. Defaults 250 and 4000. */
   firstMs?: number;
   longestMs?: number;

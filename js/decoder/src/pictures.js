@@ -9,6 +9,8 @@ import { SoftwareVideo } from "./software_video.js";
 const OVERTAKEN_MAX = 3;
 /** How long a decoder may return no picture while samples are pending. */
 const TIMEOUT_MS = 2000;
+/** The same until the first one: starting a decoder of the hardware takes long on a busy machine. */
+const FIRST_MS = 5000;
 
 /** The configuration for WebCodecs. */
 const configurationOf = (layout) => ({
@@ -22,15 +24,21 @@ const configurationOf = (layout) => ({
 class VideoTrack {
   #layout;
   #fail;
+  #replace;
   #decoder;
-  #waiting = new Map(); // timestamp -> {resolve, overtaken}
+  #waiting = new Map(); // timestamp -> {resolve, overtaken, sample}
   #broken = false;
+  #proven = false; // it has returned a picture
+  #substitute = null; // promise of the track that takes over
+  #closed = false;
   #needsKey = true;
   #timer;
 
-  constructor(layout, fail) {
+  /** replace(error): of a decoder that fails before its first picture; returns the promise of another track, or null. */
+  constructor(layout, fail, replace) {
     this.#layout = layout;
     this.#fail = fail;
+    this.#replace = replace;
     this.#open();
   }
   #open() {
@@ -44,6 +52,7 @@ class VideoTrack {
   #take(picture) {
     const entry = this.#waiting.get(picture.timestamp);
     if (!entry) return picture.close();
+    this.#proven = true;
     this.#waiting.delete(picture.timestamp);
     entry.resolve(picture);
     for (const [timestamp, other] of this.#waiting)
@@ -60,15 +69,31 @@ class VideoTrack {
   #watch() {
     clearTimeout(this.#timer);
     if (!this.#waiting.size) return;
-    this.#timer = setTimeout(() => {
+    const late = () => {
+      if (!this.#proven) return this.#break(new Error(`no picture came for ${FIRST_MS / 1000} s`));
       this.#lose(Math.min(...this.#waiting.keys()));
       this.#watch();
-    }, TIMEOUT_MS);
+    };
+    this.#timer = setTimeout(late, this.#proven ? TIMEOUT_MS : FIRST_MS);
   }
   #break(error) {
+    if (this.#broken || this.#closed) return;
     this.#broken = true;
-    this.#fail(error, this.#layout);
+    if (this.#decoder.state !== "closed") this.#decoder.close();
+    // What a browser says it supports may fail all the same, in each attempt.
+    if (!this.#proven) this.#substitute = this.#replace(error);
+    else this.#fail(error, this.#layout);
+    if (this.#substitute) this.#handOver();
     this.#drop();
+  }
+  /** All samples since the key still wait, as no picture has come. */
+  #handOver() {
+    for (const [timestamp, { resolve, sample }] of this.#waiting) resolve(this.#substituted(sample, timestamp));
+    this.#waiting.clear();
+  }
+  async #substituted(sample, timestamp) {
+    const track = await this.#substitute;
+    return track && !this.#closed ? track.submit(sample, timestamp) : null;
   }
   #drop() {
     for (const { resolve } of this.#waiting.values()) resolve(null);
@@ -76,29 +101,38 @@ class VideoTrack {
     clearTimeout(this.#timer);
   }
   submit(sample, timestamp) {
-    if (this.#broken) {
-      if (!sample.key) return Promise.resolve(null);
-      this.#broken = false;
-      this.#open();
+    if (this.#substitute) return this.#substituted(sample, timestamp);
+    if (this.#broken && !sample.key) return Promise.resolve(null);
+    if (!this.#broken && this.#needsKey && !sample.key) return Promise.resolve(null);
+    const picture = new Promise((resolve) => this.#waiting.set(timestamp, { resolve, overtaken: 0, sample }));
+    try {
+      if (this.#broken) {
+        this.#broken = false;
+        this.#open();
+      }
+      this.#needsKey = false;
+      this.#watch();
+      const type = sample.key ? "key" : "delta";
+      this.#decoder.decode(new EncodedVideoChunk({ type, timestamp, data: sample.data }));
+    } catch (error) {
+      this.#break(error);
     }
-    if (this.#needsKey && !sample.key) return Promise.resolve(null);
-    this.#needsKey = false;
-    const picture = new Promise((resolve) => this.#waiting.set(timestamp, { resolve, overtaken: 0 }));
-    this.#watch();
-    const type = sample.key ? "key" : "delta";
-    this.#decoder.decode(new EncodedVideoChunk({ type, timestamp, data: sample.data }));
     return picture;
   }
   async flush() {
+    if (this.#substitute) return (await this.#substitute)?.flush();
     if (this.#decoder.state !== "configured" || !this.#waiting.size) return;
     await this.#decoder.flush().catch(() => {});
+    if (this.#substitute) return (await this.#substitute)?.flush();
     this.#needsKey = true;
     if (this.#decoder.state === "configured") for (const timestamp of [...this.#waiting.keys()]) this.#lose(timestamp);
     this.#drop();
   }
   close() {
+    this.#closed = true;
     this.#drop();
     if (this.#decoder.state !== "closed") this.#decoder.close();
+    this.#substitute?.then((track) => track?.close());
   }
 }
 
@@ -156,6 +190,7 @@ class Pictures {
   #timeBase;
   #last = -1; // timestamp
   #rung = null; // of the last frame
+  #failing = new Set(); // codecs, by their string, whose decoder of the browser failed before its first picture
 
   /** emit(type, error); fallback(): returns the compiled module of decoders; or null. */
   constructor({ emit, fallback, memoryBytes }) {
@@ -183,14 +218,30 @@ class Pictures {
   async #find(layout) {
     try {
       if (layout.codec === "jpeg" && typeof createImageBitmap === "function") return new JpegTrack();
-      if (layout.codecString && (await isSupported(layout)))
-        return new VideoTrack(layout, (error) => this.#fail("video", error, layout));
-      if (layout.codecString && this.#software) return await this.#software.open(layout);
+      const { codecString } = layout;
+      const isUsable = !(this.#software && this.#failing.has(codecString));
+      if (codecString && isUsable && (await isSupported(layout)))
+        return new VideoTrack(
+          layout,
+          (error) => this.#fail("video", error, layout),
+          (error) => this.#replace(error, layout),
+        );
+      if (codecString && this.#software) return await this.#software.open(layout);
       throw new Error("no decoder is available; frames have the samples");
     } catch (error) {
       this.#fail("unsupported", error, layout);
       return null;
     }
+  }
+  /** Returns the promise of a track in place of one whose decoder failed before its first picture, or null. */
+  #replace(error, layout) {
+    const { codecString } = layout;
+    // Once, not after each seek.
+    if (!this.#software && this.#failing.has(codecString)) return null;
+    this.#failing.add(codecString);
+    const why = new Error(`the browser's decoder fails at its first picture: ${error.message}`, { cause: error });
+    this.#fail(this.#software ? "video" : "unsupported", why, layout);
+    return this.#software && this.#find(layout);
   }
   /** Decoding continues at another place of the stream. */
   restart() {

@@ -114,6 +114,112 @@ test("a broken connection is opened again, as often as configured", async () => 
   await assert.rejects(play(broken.url, { reconnect: { attempts: 2, firstMs: 10 } }), { code: "io", fatal: true });
 });
 
+/** Waits of a test. */
+const QUICK = { silenceMs: 150, onlineMs: 100, firstMs: 20, longestMs: 50 };
+
+async function playWith(network, url, reconnect) {
+  const decoder = await createDecoder({ source: { url, WebSocket, reconnect }, network });
+  const reasons = [];
+  decoder.addEventListener("warning", ({ detail }) => detail.code === "reconnect" && reasons.push(detail.message));
+  const frames = [];
+  try {
+    for await (const frame of decoder) frames.push(frameHashes(frame));
+  } finally {
+    decoder.close();
+  }
+  return { frames, reasons };
+}
+
+test("a connection that is open and silent is asked, and opened again if nothing comes", async () => {
+  const { head, groups } = messagesOf(clips.delta);
+  const pings = [];
+  const server = await scripted((socket, n) => {
+    send(socket, head, groups[n]);
+    socket.on("message", (text) => pings.push(String(text)));
+    if (n === 0) return; // no byte, no close
+    say(socket, { type: "end" });
+  });
+  const { frames, reasons } = await playWith(QUICK, server.url, true);
+  assert.deepEqual(frames, nativeFrames(clips.delta));
+  assert.deepEqual(pings, ['{"type":"ping"}']);
+  assert.equal(reasons.length, 1);
+  assert.match(reasons[0], /nothing has come/);
+  server.close();
+});
+
+test("without reconnect a silent connection is an error", async () => {
+  const { head, groups } = messagesOf(clips.delta);
+  const server = await scripted((socket) => send(socket, head, groups[0]));
+  await assert.rejects(playWith(QUICK, server.url, false), { code: "io", message: /nothing has come/ });
+  server.close();
+});
+
+test("a silent server that responds keeps its connection", async () => {
+  const { head, groups } = messagesOf(clips.delta);
+  let connections = 0;
+  const server = await scripted((socket) => {
+    connections++;
+    send(socket, head, groups[0]);
+    socket.on("message", () => say(socket, { type: "pong" }));
+    setTimeout(() => {
+      send(socket, groups[1]);
+      say(socket, { type: "end" });
+    }, 1000);
+  });
+  const { frames, reasons } = await playWith(QUICK, server.url, true);
+  assert.deepEqual(frames, nativeFrames(clips.delta));
+  assert.deepEqual([connections, reasons], [1, []]);
+  server.close();
+});
+
+test("after the event online a silent connection is asked at once", async () => {
+  const { head, groups } = messagesOf(clips.delta);
+  const page = new EventTarget();
+  globalThis.addEventListener = (...given) => page.addEventListener(...given);
+  const server = await scripted((socket, n) => {
+    send(socket, head, groups[n]);
+    if (n > 0) say(socket, { type: "end" });
+  });
+  try {
+    const began = performance.now();
+    setTimeout(() => page.dispatchEvent(new Event("online")), 300);
+    const { frames } = await playWith({ ...QUICK, silenceMs: 60000 }, server.url, true);
+    assert.deepEqual(frames, nativeFrames(clips.delta));
+    assert.ok(performance.now() - began < 3000);
+  } finally {
+    delete globalThis.addEventListener;
+    server.close();
+  }
+});
+
+test("a server that stays away is an error after the budget", async () => {
+  const began = performance.now();
+  await assert.rejects(playWith({ ...QUICK, budgetMs: 500 }, "ws://127.0.0.1:9/live/x", true), { code: "io" });
+  const passed = performance.now() - began;
+  assert.ok(passed >= 500 && passed < 5000, `${passed} ms`);
+});
+
+test("fvvserve responds to a ping", async () => {
+  const served = await serveFolder({ clip: clips.delta });
+  const { port } = new URL(served.url);
+  const socket = new WebSocket(`ws://127.0.0.1:${port}/live/clip`);
+  const texts = [];
+  socket.on("open", () => socket.send('{"type":"ping"}'));
+  const pong = new Promise((resolve) =>
+    socket.on("message", (data, isBinary) => {
+      if (!isBinary) texts.push(String(data));
+      if (texts.includes('{"type":"pong"}')) resolve();
+    }),
+  );
+  const late = new Promise((_, reject) => setTimeout(() => reject(new Error(`no pong: ${texts}`)), 5000).unref());
+  try {
+    await Promise.race([pong, late]);
+  } finally {
+    socket.terminate();
+    served.close();
+  }
+});
+
 test("an error of the server ends playback", async () => {
   const server = await scripted((socket) => say(socket, { type: "error", message: "-: no stream" }));
   await assert.rejects(play(server.url), { code: "io", message: /no stream/ });

@@ -121,3 +121,82 @@ test("after an error decoding continues with the next key picture", async () => 
   assert.equal(warnings.length, 1);
   assert.equal(open, 0);
 });
+
+/** As WebCodecs does it: the decoder says yes, closes itself and reports an error for its first chunk. */
+const failing = (chunks, put, decoder) => {
+  chunks.length = 0;
+  queueMicrotask(() => {
+    if (decoder.state === "closed") return;
+    decoder.state = "closed";
+    decoder.error(new Error("Decoding error."));
+  });
+};
+
+test("a decoder that fails at its first picture is reported as unsupported, once, also after a seek", async () => {
+  installDecoder(failing);
+  const decoder = await createDecoder({ source: bytes, video: "decoded" });
+  const warnings = [];
+  decoder.addEventListener("warning", ({ detail }) => warnings.push(detail));
+  for (let round = 0; round < 2; round++) {
+    let frames = 0;
+    for await (const frame of decoder) {
+      assert.equal(frame.picture(), null);
+      frames++;
+    }
+    assert.equal(frames, 5);
+    await decoder.seek({ frame: 0 });
+  }
+  decoder.close();
+  assert.deepEqual(
+    warnings.map(({ code }) => code),
+    ["unsupported"],
+  );
+  assert.match(warnings[0].message, /fails at its first picture: Decoding error\./);
+});
+
+test("one that throws at its first picture, too", async () => {
+  installDecoder(() => {
+    throw new Error("it is closed");
+  });
+  const { frames, warnings } = await play();
+  assert.deepEqual(
+    frames.map(({ of }) => of),
+    [null, null, null, null, null],
+  );
+  assert.deepEqual(
+    warnings.map(({ code }) => code),
+    ["unsupported"],
+  );
+});
+
+test("a fallback that is given takes over", async () => {
+  installDecoder(failing);
+  let asked = 0;
+  const videoFallback = async () => {
+    asked++;
+    throw new Error("not there");
+  };
+  const decoder = await createDecoder({ source: bytes, video: "decoded", videoFallback });
+  const warnings = [];
+  decoder.addEventListener("warning", ({ detail }) => warnings.push(detail));
+  let frames = 0;
+  for await (const frame of decoder) frames += frame.picture() === null;
+  decoder.close();
+  assert.equal(frames, 5);
+  assert.ok(asked > 0);
+  assert.deepEqual(
+    warnings.map(({ code }) => code),
+    ["video", "unsupported"],
+  );
+  assert.match(warnings[1].message, /not there/);
+});
+
+test("one that never returns a picture is given up after a time", async () => {
+  installDecoder(() => {});
+  const began = performance.now();
+  const { frames, warnings } = await play();
+  assert.equal(frames.length, 5);
+  assert.ok(performance.now() - began < 9000, "each picture has a time of its own");
+  assert.equal(warnings[0].code, "unsupported");
+  assert.match(warnings[0].message, /no picture came for 5 s/);
+});

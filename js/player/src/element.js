@@ -15,7 +15,6 @@ import { Immersive } from "./xr/entry.js";
 
 /** Frames that are decoded ahead. The renderer keeps one picture, shows one, and one is in the queue: four are open. */
 const QUEUE = 1;
-const RECONNECT = { attempts: 10, firstMs: 250, longestMs: 8000 };
 const TOUCH_ACTIONS = ["pan-y", "pan-x", "none"];
 /** Duration in seconds of a change of view by attributes. */
 const JOURNEY = 0.5;
@@ -238,7 +237,7 @@ export class FvvPlayer extends ViewpointElement {
 
   async #open(source) {
     const { worker } = this;
-    const described = this.live && typeof source === "string" ? { url: source, reconnect: RECONNECT } : source;
+    const described = this.live && typeof source === "string" ? { url: source, reconnect: true } : source;
     const decoder = await createDecoder({
       // Also without WebCodecs: JPEG needs none, and the decoder then reports what it cannot decode.
       video: "decoded",

@@ -255,6 +255,41 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     await phone.close();
   });
 
+  test("a decoder of video that fails at its first picture gives a notice, and no spinner", async () => {
+    const other = await browser.newPage("about:blank", 720, 560);
+    await other.evaluateOnNewDocument(() => {
+      const Real = window.VideoDecoder;
+      window.VideoDecoder = class extends Real {
+        #error;
+        constructor(init) {
+          super(init);
+          this.#error = init.error;
+        }
+        decode() {
+          queueMicrotask(() => {
+            if (this.state === "closed") return;
+            this.close();
+            this.#error(new DOMException("Decoding error.", "EncodingError"));
+          });
+        }
+      };
+    });
+    await other.goto(`${served.url}page.html`);
+    await other.evaluate(() => {
+      window.player.worker = "none";
+      window.player.load();
+    });
+    await other.waitForFunction(() => window.player.readyState === 4 && window.player.unsupportedCodecs.length > 0);
+    await new Promise((resolve) => setTimeout(resolve, 1000));
+    const shown = await other.evaluate(() => {
+      const [spinner, notice] = [".spinner", ".missing"].map((name) => window.player.shadowRoot.querySelector(name));
+      return { spins: !spinner.hidden, text: notice.hidden ? "" : notice.textContent, error: window.player.error };
+    });
+    assert.deepEqual([shown.spins, shown.error], [false, null]);
+    assert.match(shown.text, /No pictures: this browser does not decode H\.264/);
+    await other.close();
+  });
+
   test("without a decoder for the video the mesh is shown in colours of its vertices, with a notice of what would help", async () => {
     const other = await browser.newPage("about:blank", 720, 560);
     await other.evaluateOnNewDocument(() => delete window.VideoDecoder);

@@ -154,3 +154,43 @@ test("players get planes of 8 bits, also of 10", async () => {
     decoder.close();
   }
 });
+
+test("it takes over from a decoder of the browser that fails at its first picture, and no picture is missing", async () => {
+  globalThis.EncodedVideoChunk = class {};
+  globalThis.VideoDecoder = class {
+    static isConfigSupported = async () => ({ supported: true });
+    state = "unconfigured";
+    constructor({ error }) {
+      this.error = error;
+    }
+    configure() {
+      this.state = "configured";
+    }
+    decode() {
+      // Some samples later, as decoders have queues.
+      setTimeout(() => {
+        if (this.state === "closed") return;
+        this.state = "closed";
+        this.error(new Error("Decoding error."));
+      }, 30);
+    }
+    async flush() {}
+    close() {
+      this.state = "closed";
+    }
+  };
+  try {
+    const { frames, reports } = await play({ source: read("h264") });
+    assert.deepEqual(
+      frames.flatMap((frame) => frame.pictures),
+      nativePictures(clips.h264),
+    );
+    assert.deepEqual(
+      reports.map(({ detail }) => detail.code),
+      ["video"],
+    );
+  } finally {
+    delete globalThis.VideoDecoder;
+    delete globalThis.EncodedVideoChunk;
+  }
+});

@@ -308,6 +308,19 @@ def test_a_client_takes_a_rung_and_changes_it():
             assert receive_runs(one) == ([(b"", {"type": "end"})], 1000)
 
 
+def test_a_client_that_asks_gets_a_pong_in_the_middle_of_a_run():
+    pieces = make(2)
+    with Pipe() as pipe, pipe.live("now") as client:
+        client.send(TEXT, b'{"type":"ping"}')
+        assert client.receive() == (TEXT, b'{"type":"pong"}'), "also before there is anything to send"
+        pipe.write(*pieces[:3])
+        assert receive_bytes(client, len(b"".join(pieces[:3]))) == b"".join(pieces[:3])
+        client.send(TEXT, b'{"type":"ping","n":[1]}')
+        assert client.receive() == (TEXT, b'{"type":"pong"}')
+        pipe.write(pieces[3])
+        assert receive_bytes(client, len(pieces[3])) == pieces[3], "the run goes on"
+
+
 def test_wishes_that_are_none():
     whole, alone = make_ladder(2), make_ladder(2, tracks=[2])
     wrong = [

@@ -5,12 +5,16 @@ import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType, frameT
 import { onAbort } from "../abort.js";
 import { FvvError } from "../errors.js";
 import { LiveChooser } from "../ladder.js";
-import { backoff, delayUnlessOnline, isOffline, Network } from "./network.js";
+import { asTransient, LONGEST_TIMER, Network } from "./network.js";
 import { SectionSource } from "./types.js";
 
 /** Bytes in the queue at most, when frames are not taken: beyond that, bytes are dropped up to the next group. */
 const QUEUE_BYTES = 1 << 25;
 const NORMAL_CLOSURE = 1000;
+const ABNORMAL_CLOSURE = 1006;
+/** Of WebSocket.readyState. */
+const OPEN = 1;
+const PING = JSON.stringify({ type: "ping" });
 /** A number that no stream has: the last rung. */
 const LAST_RUNG = 65535;
 
@@ -36,12 +40,12 @@ export class LiveSource extends SectionSource {
   #protocols;
   #WebSocket;
   #warn;
-  #report;
   #network;
+  #outage;
   #attempts;
-  #firstMs;
-  #longestMs;
   #socket = null;
+  #heard = 0; // when the connection opened or anything came, in milliseconds
+  #unwatch = () => {};
   #items = [];
   #waiting = null;
   #queued = 0; // bytes in items
@@ -60,32 +64,33 @@ export class LiveSource extends SectionSource {
   bytesRead = 0;
   rungs = null; // null: the server has named none
 
-  /** reconnect: {attempts, firstMs, longestMs}. rung: "auto", or the one to begin with. */
-  static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, { warn, rung, ...access }) {
+  /** reconnect: true, or {attempts, firstMs, longestMs}; false: never. rung: "auto", or the one to begin with. */
+  static async open(
+    { url, protocols, reconnect = false, WebSocket = globalThis.WebSocket },
+    { warn, rung, policy, ...access },
+  ) {
     if (typeof WebSocket !== "function")
       throw new FvvError({ code: "unsupported", message: "this environment has no WebSocket: pass a constructor" });
-    const live = new LiveSource({ url, protocols, WebSocket, rung, ...reconnect }, { warn, ...access });
+    const { attempts = reconnect ? Infinity : 0, ...waits } = reconnect === true ? {} : reconnect || {};
+    const network = new Network({}, { ...access, policy: { ...policy, ...waits } });
+    const live = new LiveSource({ url, protocols, WebSocket, rung, attempts }, { warn, network });
     onAbort(access.signal, () => live.close());
     // A page may be open before its server is.
-    await live.#connect().catch((error) => live.#reconnect(error.message, access.signal, error));
+    await live.#connect().catch((error) => live.#reconnect(error));
     return live;
   }
 
-  constructor(
-    { url, protocols, WebSocket, rung, attempts = 0, firstMs = 250, longestMs = 8000 },
-    { warn, policy, report = () => {} },
-  ) {
+  constructor({ url, protocols, WebSocket, rung, attempts }, { warn, network }) {
     super();
     this.#url = url;
-    this.#network = new Network({}, { policy, report });
-    this.#report = report;
+    this.#network = network;
+    network.opened();
+    this.#outage = network.outage(url);
     this.#asked = new URL(url).searchParams.has("rung") ? null : rung === "auto" ? LAST_RUNG : rung;
     if (rung !== "auto") this.#reason = "chosen";
     this.#protocols = protocols;
     this.#WebSocket = WebSocket;
     this.#attempts = attempts;
-    this.#firstMs = firstMs;
-    this.#longestMs = longestMs;
     this.#warn = warn;
   }
 
@@ -100,16 +105,58 @@ export class LiveSource extends SectionSource {
     this.#chooser.restart();
     this.#socket = socket;
     let isOpen = false;
-    socket.addEventListener("open", () => (isOpen = true));
+    socket.addEventListener("open", () => {
+      isOpen = true;
+      this.#heard = performance.now();
+      if (socket === this.#socket) this.#watch(socket);
+    });
     socket.addEventListener("message", ({ data }) => {
       if (socket !== this.#socket) return;
+      this.#heard = performance.now();
       if (typeof data === "string") this.#takeMessage(data);
       else this.#take(new Uint8Array(data));
     });
     socket.addEventListener("close", ({ code, reason }) => {
-      if (isOpen && socket === this.#socket) this.#put({ closed: { code, reason } });
+      if (socket !== this.#socket) return;
+      this.#unwatch();
+      if (isOpen) this.#put({ closed: { code, reason } });
     });
     return opened;
+  }
+  /**
+   * A connection whose other end is gone may stay open without a byte. One that is silent for silenceMs gets a ping,
+   * and has as long to respond; after the event "online" it gets one at once, and has onlineMs.
+   */
+  #watch(socket) {
+    const { silenceMs, onlineMs } = this.#network.policy;
+    const stop = new AbortController();
+    let timer;
+    const wait = (milliseconds, act) => {
+      const began = performance.now();
+      const look = () =>
+        this.#heard > began ? wait(silenceMs - (performance.now() - this.#heard), () => ask()) : act();
+      clearTimeout(timer);
+      timer = setTimeout(look, Math.min(milliseconds, LONGEST_TIMER));
+    };
+    const ask = (patience = silenceMs) => {
+      if (socket.readyState === OPEN) socket.send(PING);
+      wait(patience, () => this.#leave(socket));
+    };
+    globalThis.addEventListener?.("online", () => ask(onlineMs), { signal: stop.signal });
+    this.#unwatch();
+    this.#unwatch = () => {
+      clearTimeout(timer);
+      stop.abort();
+    };
+    wait(silenceMs, () => ask());
+  }
+  /** Its event "close" may take minutes. */
+  #leave(socket) {
+    this.#unwatch();
+    this.#socket = null;
+    socket.close();
+    const reason = `nothing has come for ${Math.round((performance.now() - this.#heard) / 1000)} s`;
+    this.#put({ closed: { code: ABNORMAL_CLOSURE, reason } });
   }
   get requests() {
     return this.#network.requests;
@@ -128,8 +175,8 @@ export class LiveSource extends SectionSource {
 
   #take(bytes) {
     this.bytesRead += bytes.length;
-    if (this.#failures) this.#report(null);
     this.#failures = 0;
+    this.#outage.progress();
     const begins = beginsWithFileHeader(bytes);
     const type = begins ? SCENE : chunkType(bytes);
     this.#measure(bytes);
@@ -167,7 +214,7 @@ export class LiveSource extends SectionSource {
     if (rung === asked) return;
     this.#asked = rung;
     this.#reason = wish === null ? "delay" : "chosen";
-    this.#socket.send(JSON.stringify({ type: "rung", rung }));
+    if (this.#socket?.readyState === OPEN) this.#socket.send(JSON.stringify({ type: "rung", rung }));
   }
   follow(choices) {
     this.#choices = choices();
@@ -235,25 +282,25 @@ export class LiveSource extends SectionSource {
     if (restarts) return `${this.#url}: the server restarts`;
     return `${this.#url}: the connection ended (${code}${reason ? `, ${reason}` : ""})`;
   }
-  /** Attempts count from the last chunk on: a server that accepts and closes at once is one that does not work. */
-  async #reconnect(why, signal, cause) {
-    while (this.#failures < this.#attempts) {
-      this.#warn(FvvError.warning("reconnect", `${why}; connecting again`));
-      // With jitter: not all clients reconnect at the same moment.
-      const attempt = this.#failures++;
-      const retryMs = backoff(attempt, { firstMs: this.#firstMs, longestMs: this.#longestMs });
-      this.#report({ url: this.#url, reason: why, offline: isOffline(), attempt, retryMs });
-      await delayUnlessOnline(retryMs, signal);
-      if (this.#over) return;
+  /** Attempts, and the time that the policy gives, count from the last chunk on: a server that accepts and closes at once is one that
+   * does not work. */
+  async #reconnect(error) {
+    while (this.#failures++ < this.#attempts) {
+      this.#warn(FvvError.warning("reconnect", `${error.message}; connecting again`));
       try {
-        await this.#connect();
-        return;
+        await this.#outage.wait(asTransient(error));
+      } catch (ended) {
+        if (this.#over) return;
+        throw ended;
+      }
+      try {
+        return await this.#connect();
       } catch {
         // The next attempt waits longer.
+        if (this.#over) return;
       }
     }
-    if (this.#over) return;
-    throw cause ?? new FvvError({ code: "io", message: why });
+    if (!this.#over) throw error;
   }
 
   async *stream(_, signal) {
@@ -273,7 +320,7 @@ export class LiveSource extends SectionSource {
         else {
           if (item.closed.code === NORMAL_CLOSURE && !this.#attempts) return;
           yield { lost: { error: FvvError.warning("io", `${this.#url}: the connection was lost`) } };
-          await this.#reconnect(this.#whyClosed(item.closed), signal);
+          await this.#reconnect(new FvvError({ code: "io", message: this.#whyClosed(item.closed) }));
         }
       }
     } finally {
@@ -283,6 +330,7 @@ export class LiveSource extends SectionSource {
   }
   close() {
     this.#over = true;
+    this.#unwatch();
     this.#network.close();
     this.#wake();
   }

@@ -17,6 +17,10 @@ export const POLICY = Object.freeze({
   firstByteMs: 10000,
   /** Between two pieces of a body. */
   progressMs: 10000,
+  /** A live connection without a message for so long gets a ping, and is lost if as much time passes again. */
+  silenceMs: 10000,
+  /** Any of these after the event "online": what was under way before it seldom goes on. */
+  onlineMs: 1500,
   /** The wait before the second retry, which doubles up to longestMs; half of it is random. The first retry is immediate if
    * there was no response: a host may close a connection that was not used for some seconds as it is used again. */
   firstMs: 250,
@@ -35,7 +39,7 @@ const TRANSIENT = [408, 425, 429, 500, 502, 503, 504];
 const EXPIRED = [401, 403, 410];
 
 /** Timers with more milliseconds fire at once. */
-const LONGEST_TIMER = 2 ** 31 - 1;
+export const LONGEST_TIMER = 2 ** 31 - 1;
 
 const transient = new WeakMap(); // errors after which the same request may succeed -> {immediate, retryAfterMs}
 /** Marks an error. */
@@ -46,18 +50,37 @@ export function asTransient(error, how = {}) {
 /** Whether it is one of the network, and not of what the host has. */
 export const isTransient = (error) => transient.has(error);
 
-/** Rejects with late() if the promise has not settled after some milliseconds. */
-async function within(promise, milliseconds, late) {
-  let timer;
+/** Calls act after some milliseconds, and at the latest onlineMs after an event "online". Returns a function that ends this. */
+function expire(milliseconds, onlineMs, act) {
+  const stop = new AbortController();
+  const began = performance.now();
+  let timer = setTimeout(act, Math.min(milliseconds, LONGEST_TIMER));
+  const hurry = () => {
+    clearTimeout(timer);
+    timer = setTimeout(act, Math.min(began + milliseconds - performance.now(), onlineMs));
+  };
+  globalThis.addEventListener?.("online", hurry, { signal: stop.signal });
+  return () => {
+    clearTimeout(timer);
+    stop.abort();
+  };
+}
+
+/** Rejects with late(milliseconds passed) if the promise has not settled in time, as of expire. */
+async function within(promise, milliseconds, onlineMs, late) {
+  let end;
+  const began = performance.now();
   const expired = new Promise((_, reject) => {
-    timer = setTimeout(() => reject(late()), Math.min(milliseconds, LONGEST_TIMER));
+    end = expire(milliseconds, onlineMs, () => reject(late(performance.now() - began)));
   });
   try {
     return await Promise.race([promise, expired]);
   } finally {
-    clearTimeout(timer);
+    end();
   }
 }
+
+const secondsOf = (milliseconds) => `${Math.round(milliseconds / 100) / 10} s`;
 
 /** Retry-After in milliseconds, which is a number of seconds or a date; 0: none. */
 function retryAfterOf({ headers }) {
@@ -67,15 +90,15 @@ function retryAfterOf({ headers }) {
   return date > Date.now() ? date - Date.now() : 0;
 }
 
-export const isOffline = () => globalThis.navigator?.onLine === false;
+const isOffline = () => globalThis.navigator?.onLine === false;
 
 /** The wait before a retry, counted from 0: it doubles, and half of it is random, so that not all clients return at once. */
-export function backoff(attempt, { firstMs, longestMs }) {
+function backoff(attempt, { firstMs, longestMs }) {
   return Math.min(firstMs * 2 ** attempt, longestMs) * (0.5 + Math.random() / 2);
 }
 
 /** Resolves after some milliseconds, with the event "online", or when the signal is aborted. */
-export async function delayUnlessOnline(milliseconds, signal) {
+async function delayUnlessOnline(milliseconds, signal) {
   const stop = new AbortController();
   const leave = onAbort(signal, () => stop.abort());
   globalThis.addEventListener?.("online", () => stop.abort(), { signal: stop.signal });
@@ -199,9 +222,10 @@ class Reply {
   }
   async #next(reader, milliseconds) {
     const { signal } = this.#abort;
-    const stalled = () => this.#broken(`no byte has come for ${milliseconds / 1000} s`);
+    const stalled = (passed) => this.#broken(`no byte has come for ${secondsOf(passed)}`);
+    const { onlineMs } = this.#policy;
     try {
-      return await unlessAborted(within(reader.read(), milliseconds, stalled), signal);
+      return await unlessAborted(within(reader.read(), milliseconds, onlineMs, stalled), signal);
     } catch (error) {
       if (signal.aborted) throw reasonOf(signal);
       this.#abort.abort();
@@ -271,6 +295,9 @@ export class Network {
     const signals = [this.#closing.signal, signal];
     return new Outage(url, { signals, policy: this.#policy, report, budgetMs: budget });
   }
+  get policy() {
+    return this.#policy;
+  }
   /** The source is open: from here on budgetMs applies. */
   opened() {
     this.#opened = true;
@@ -319,12 +346,12 @@ export class Network {
       leave();
     };
     const init = { ...this.#init, ...more, headers: { ...this.#init.headers, ...renewed, ...headers } };
-    const { connectMs } = this.#policy;
-    const late = () => noResponse(url, `none after ${connectMs / 1000} s`);
+    const { connectMs, onlineMs } = this.#policy;
+    const late = (passed) => noResponse(url, `none after ${secondsOf(passed)}`);
     this.requests++;
     let reply;
     try {
-      const response = within(fetchOnce(url, { ...init, signal: abort.signal }), connectMs, late);
+      const response = within(fetchOnce(url, { ...init, signal: abort.signal }), connectMs, onlineMs, late);
       reply = new Reply(url, await unlessAborted(response, abort.signal), {
         abort,
         policy: this.#policy,
@@ -379,25 +406,20 @@ export class Network {
         reject(reason);
         socket.close();
       });
-      const { connectMs } = this.#policy;
-      const timer = setTimeout(
-        () => {
-          reject(
-            new FvvError({ code: "io", message: `${url}: the WebSocket is not open after ${connectMs / 1000} s` }),
-          );
-          socket.close();
-        },
-        Math.min(connectMs, LONGEST_TIMER),
-      );
+      const { connectMs, onlineMs } = this.#policy;
+      const end = expire(connectMs, onlineMs, () => {
+        reject(new FvvError({ code: "io", message: `${url}: the WebSocket does not open` }));
+        socket.close();
+      });
       const fail = () =>
         reject(new FvvError({ code: "io", message: `${url}: the WebSocket could not be opened, or failed` }));
       socket.addEventListener("open", () => {
-        clearTimeout(timer);
+        end();
         resolve();
       });
       socket.addEventListener("error", fail);
       socket.addEventListener("close", () => {
-        clearTimeout(timer);
+        end();
         untrack();
         fail();
       });
