@@ -19,10 +19,10 @@ set(FVV_CORE_FOLDERS base container mesh calibration visibility video background
 
 # Entries that are not of cost "area", by name: regular expressions. The first list with one that matches counts.
 set(FVV_NIGHTLY_TESTS "real: .*" "js: matrix" "js: player: endurance" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
-  "python: distributed" "python: capture (chain|pipeline|calibrate)")
+  "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
 set(FVV_WHOLE_TESTS "cli: (style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|background|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
-  "python: (threads|notebook|examples|capture .*)" "samples" "charts: .*" "install: .*" "fuzz: (mutations|amplification)"
+  "python: (cluster|threads|notebook|examples|capture .*)" "samples" "charts: .*" "install: .*" "fuzz: (mutations|amplification)"
   "conformance: (decoders|rendering|large_offsets)"
   "js: (packages|samples|browser|sound|site|live|ladder|settle|network|three)" "js: docs: (samples|pages)" "js: player: .*" "js: build the video fallback"
   "js: video fallback: .*")

@@ -1,5 +1,5 @@
-"""A stream from the workers of Dask: whether its bytes are those of one run, groups a second with one and two workers, and, as
-a simulation on these times, an hour of 20 cameras with up to 256 workers.
+"""A stream from the workers of Dask: whether its bytes are those of one run, groups a second with one and two workers, 200 orders
+of failures and deaths, and, as a simulation on these times, an hour of 20 cameras with up to 256 workers.
 
 With a folder as its only argument it measures there and prints what it found, as JSON: the package is on PYTHONPATH then.
 """
@@ -11,8 +11,11 @@ import pathlib
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+ORDERS = 200
 CAMERAS, FRAMES, GROUP = 20, 61, 3  # the first group comes with the plan: 20 tasks
 SECOND, HOUR = 25, 3600
 WORKERS = (16, 32, 64, 128, 256)
@@ -24,11 +27,20 @@ def measure(tool, build, work):
     folder = work / "cluster"
     if not (folder / "capture/capture.json").exists():
         tool("fvvsynth", "-o", folder / "capture", "--rig", "small", "--cameras", CAMERAS, "--frames", FRAMES)
-    environment = os.environ | {"PYTHONPATH": str(build / "bindings/python")}
-    done = subprocess.run([sys.executable, __file__, folder], env=environment, capture_output=True, text=True)
-    if done.returncode:
-        sys.exit(f"bench: encoding with Dask failed: {done.stderr[-2000:]}")
-    return json.loads(done.stdout)
+    environment = os.environ | {
+        "PYTHONPATH": str(build / "bindings/python"),
+        "FVV_TOOLS_DIR": str(build / "tools"),
+    }
+
+    def figures(*command):
+        done = subprocess.run([sys.executable, *command], env=environment, capture_output=True, text=True)
+        if done.returncode:
+            sys.exit(f"bench: encoding with Dask failed: {done.stderr[-2000:]}")
+        return json.loads(done.stdout)
+
+    found = figures(__file__, folder)
+    with tempfile.TemporaryDirectory() as orders:
+        return found | figures(ROOT / "bindings/python/tests/cluster/cluster_orders.py", str(ORDERS), orders)
 
 
 def nothing(number):

@@ -19,6 +19,7 @@ import fvv
 import fvv.distributed
 import pytest
 from conftest import tool
+from fvv.distributed import tasks, workers
 
 OPTIONS = {"group": 2, "quality": "38dB", "repeat_configuration": True}
 
@@ -165,7 +166,7 @@ class Flaky(concurrent.futures.ThreadPoolExecutor):
         self.failures = failures
 
     def submit(self, function, *arguments):
-        if function is fvv.distributed._encode and self.failures:
+        if arguments[1] is tasks.encode and self.failures:
             self.failures -= 1
             return super().submit(self._fail)
         return super().submit(function, *arguments)
@@ -192,10 +193,10 @@ class Unnoticed(concurrent.futures.Executor):
 
     def submit(self, function, *arguments):
         future = concurrent.futures.Future()
-        if function is not fvv.distributed._encode:
+        if arguments[1] is not tasks.encode:
             future.set_running_or_notify_cancel()
             future.set_result(function(*arguments))
-        elif (group := arguments[3]) in self.failing:
+        elif (group := arguments[5]) in self.failing:
             future.set_exception(fvv.DamagedError(f"group {group}"))
         elif group in self.running:
             future.set_running_or_notify_cancel()
@@ -224,10 +225,12 @@ def test_a_failure_ends_the_call_whatever_the_other_groups_do(
     capture, tmp_path, monkeypatch, failing, running
 ):
     """It never waits for a cancelled group, and waits for a bounded time for one that runs; the error is that of the first group that failed."""
-    monkeypatch.setattr(fvv.distributed, "_LAST_WAIT", 0.5)
+    monkeypatch.setattr(workers, "LAST_WAIT", 0.5)
     pool = Unnoticed(failing, running)
     error = ends(60, lambda: fvv.distributed.mux(capture, tmp_path / "out.fvv", pool, **OPTIONS))
-    assert isinstance(error, fvv.DamagedError) and str(error) == f"group {min(failing)}"
+    assert (
+        isinstance(error, fvv.DamagedError) and str(error) == f"group {min(failing)} (group {min(failing)})"
+    )
     assert os.listdir(tmp_path) == []
 
 
