@@ -194,12 +194,12 @@ nlohmann::ordered_json delta(const char *path) {
       fvv_mesh_free(&mesh);
       break;
     }
-    encode += seconds(
-        [&] { require(fvv_mesh_sequence_encode(encoder, mesh.positions, &options, &payload, &d), d); });
+    encode +=
+        seconds([&] { require(fvv_mesh_sequence_encode(encoder, mesh.lattice, &options, &payload, &d), d); });
     decode.push_back(
         seconds([&] { require(fvv_mesh_sequence_decode(decoder, payload.data, payload.size, &d), d); }));
     bytes += double(payload.size);
-    if (std::memcmp(fvv_mesh_sequence_mesh(encoder)->positions, fvv_mesh_sequence_mesh(decoder)->positions,
+    if (std::memcmp(fvv_mesh_sequence_mesh(encoder)->lattice, fvv_mesh_sequence_mesh(decoder)->lattice,
                     12 * size_t(key.vertex_count)) != 0)
       throw std::runtime_error("frame " + std::to_string(f) + " is not what was encoded");
     fvv_mesh_free(&mesh);
@@ -262,7 +262,7 @@ nlohmann::ordered_json read_meshes(const char *path) {
       uint32_t count = 0;
       require(fvv_stream_colours(stream, f, 1, &colours, &count, &d), d);
       std::vector<float> positions(3 * size_t(mesh.vertex_count));
-      fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, mesh.vertex_count,
+      fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.lattice, mesh.vertex_count,
                             positions.data());
       const Bytes kept(colours, colours + 3 * size_t(count));
       fvv_mesh_free(&mesh);

@@ -113,7 +113,7 @@ Mesh in_metres(const fvv_mesh &mesh, double step) {
   Mesh out;
   out.positions.resize(3 * size_t(mesh.vertex_count));
   for (uint32_t v = 0; v < mesh.vertex_count; v++)
-    fvv_lattice_to_metres(origin, step, mesh.positions + 3 * size_t(v), &out.positions[3 * size_t(v)]);
+    fvv_lattice_to_metres(origin, step, mesh.lattice + 3 * size_t(v), &out.positions[3 * size_t(v)]);
   out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
   return out;
 }

@@ -24,7 +24,7 @@ struct Surface {
     fvv_diagnostic d{};
     require(fvv_stream_mesh(stream, frame, 1, &mesh, &d), d);
     metres.resize(3 * size_t(mesh.vertex_count));
-    fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, mesh.vertex_count,
+    fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.lattice, mesh.vertex_count,
                           metres.data());
     normals = vertex_normals(view());
   }

@@ -78,7 +78,7 @@ def issues_page(data):
         f"<!-- {NOTE} -->\n# Issues\n\n"
         "Every rule of the [specification](fvv.md) that a reader can check has a number that is never reused. "
         "Thousands name the subject: 1 container, 2 configuration, 3 mesh, 4 video, 5 calibration, 6 visibility and colour, "
-        "7 limits, 8 background. Tools print the number at the end of the line, `fvvinfo --json` in the field `issue`.\n\n"
+        "7 limits, 8 environment. Tools print the number at the end of the line, `fvvinfo --json` in the field `issue`.\n\n"
         + table(["issue", "name in code", "clause", "rule"], rows)
         + "\n\n## Requirements on programs\n\n"
         "These numbers name what a reader, player or tool has to do. No stream violates them, so no tool reports them; tests "

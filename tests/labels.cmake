@@ -15,20 +15,20 @@ set(FVV_TEST_AREAS core media render geometry scene mux demux compare tools js p
 # What tests in Python and JavaScript run.
 set(FVV_TEST_TOOLS fvvcompare fvvdemux fvvimport fvvinfo fvvmux fvvrecover fvvrender fvvserve fvvsynth)
 
-set(FVV_CORE_FOLDERS base container mesh calibration visibility video background environment stream)
+set(FVV_CORE_FOLDERS base container mesh calibration visibility video environment stream)
 
 # Entries that are not of cost "area", by name: regular expressions. The first list with one that matches counts.
 set(FVV_NIGHTLY_TESTS "real: .*" "js: matrix" "js: player: endurance" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
   "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
-set(FVV_WHOLE_TESTS "cli: (style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|background|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
+set(FVV_WHOLE_TESTS "cli: (style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
   "python: (cluster|threads|notebook|examples|capture .*)" "samples" "charts: .*" "install: .*" "fuzz: (mutations|amplification)"
   "conformance: (decoders|rendering|large_offsets)"
   "js: (packages|samples|browser|sound|site|live|ladder|settle|network|three)" "js: docs: (samples|pages)" "js: player: .*" "js: build the video fallback"
   "js: video fallback: .*")
 # Under sanitizers all but these are nightly: they repeat arithmetic that others cover, at a third of the speed. These read bytes
 # that anybody may have written, or run a tool on them.
-set(FVV_SANITIZED_EXECUTABLES base container mesh colours delta fast stability calibration visibility video background environment stream media capture
+set(FVV_SANITIZED_EXECUTABLES base container mesh colours delta fast stability calibration visibility video environment stream media capture
   import mux demux failure decimate hull view)
 set(FVV_SANITIZED_TESTS "fuzz: .*" "cli: (fvvinfo|fvvrecover|cases|import|segments|sweep|conformance_cases|serve_http|serve_live|animations|hostile|masks)")
 
@@ -55,7 +55,7 @@ function(fvv_areas source out)
   endif()
   # Tests of tools belong to the library that does the work, too.
   if(source MATCHES "^tests/tools/")
-    foreach(pair "mux=/mux/|background|atlas|chain|geometry|cameras|openexr" "demux=/demux/" "render=/render/|fvvrender" "compare=fvvcompare"
+    foreach(pair "mux=/mux/|environment|atlas|chain|geometry|cameras|openexr" "demux=/demux/" "render=/render/|fvvrender" "compare=fvvcompare"
         "scene=import|cameras|openexr" "conformance=conformance|reference|/recover/" "media=openexr")
       string(REGEX MATCH "^([a-z]+)=(.*)$" unused "${pair}")
       set(area ${CMAKE_MATCH_1})

@@ -14,7 +14,7 @@ from .packing import pack
 DOWN = (1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0)
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 NO_PICTURE = 2**32 - 1
-MESH, VIDEO, CALIBRATION, VISIBILITY, BACKGROUND, METADATA, AUDIO, COLOURS = range(1, 9)
+MESH, VIDEO, CALIBRATION, VISIBILITY, ENVIRONMENT, METADATA, AUDIO, COLOURS = range(1, 9)
 
 
 def scene(**fields):

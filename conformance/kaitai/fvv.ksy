@@ -75,7 +75,7 @@ types:
             '"CALB"': calibration
             '"VISI"': visibility
             '"COLR"': colours
-            '"BACK"': background
+            '"BACK"': environment
             '"AUDI"': packets
             '"GEND"': group_end
             '"INDX"': index
@@ -673,7 +673,7 @@ types:
         type: u4
       - id: data
         size-eos: true
-  background:
+  environment:
     doc-ref: clause 18.1
     seq:
       - id: lattice_origin
@@ -690,11 +690,11 @@ types:
         type: u4
         valid: 0
       - id: parts
-        type: background_part
+        type: environment_part
         repeat: expr
         repeat-expr: part_count
       - id: pictures
-        type: background_picture
+        type: environment_picture
         repeat: expr
         repeat-expr: picture_count
       - id: lights
@@ -710,7 +710,7 @@ types:
         size: pictures[_index].bytes
         repeat: expr
         repeat-expr: picture_count
-  background_part:
+  environment_part:
     seq:
       - id: mesh_size
         type: u4
@@ -735,7 +735,7 @@ types:
         type: f8
         repeat: expr
         repeat-expr: 2
-  background_picture:
+  environment_picture:
     seq:
       - id: codec
         type: u1
@@ -810,7 +810,7 @@ enums:
     2: video
     3: calibration
     4: visibility
-    5: background
+    5: environment
     6: metadata
     7: audio
     8: colours

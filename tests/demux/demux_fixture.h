@@ -125,9 +125,9 @@ struct StreamOptions {
   uint8_t profile = FVV_MESH_RAW;
   std::string metadata;
   bool finish = true;
-  int without_mesh = -1;          // a frame that has no mesh
-  int repeat_before = -1;         // writes the configuration again before this group
-  std::vector<Bytes> backgrounds; // payloads of BACK, on tracks 11, 12 ... in the first group
+  int without_mesh = -1;           // a frame that has no mesh
+  int repeat_before = -1;          // writes the configuration again before this group
+  std::vector<Bytes> environments; // payloads of BACK, on tracks 11, 12 ... in the first group
   std::vector<uint16_t> cameras = {7, 0, 65534};
 };
 
@@ -175,8 +175,8 @@ inline Bytes make_stream(const StreamOptions &options = {}) {
               return fvv_scene_encode(&scene, out, n, size, nullptr);
             }));
   std::vector<std::pair<uint16_t, uint8_t>> tracks = {{1, FVV_TRACK_MESH}, {2, FVV_TRACK_VIDEO}};
-  for (size_t i = 0; i < options.backgrounds.size(); i++)
-    tracks.push_back({uint16_t(11 + i), FVV_TRACK_BACKGROUND});
+  for (size_t i = 0; i < options.environments.size(); i++)
+    tracks.push_back({uint16_t(11 + i), FVV_TRACK_ENVIRONMENT});
   for (const auto &[id, kind] : tracks) {
     fvv_track track = {};
     track.id = id;
@@ -220,9 +220,9 @@ inline Bytes make_stream(const StreamOptions &options = {}) {
       const uint8_t flags = FVV_FLAG_CRITICAL | (sample.key ? FVV_FLAG_KEY : 0);
       REQUIRE(fvv_writer_chunk(writer, FVV_CHUNK_VIDEO_PACKET, 2, flags, f, sample.bytes.data(),
                                sample.bytes.size(), nullptr) == FVV_OK);
-      for (size_t i = 0; f == 1 && i < options.backgrounds.size(); i++)
-        REQUIRE(fvv_writer_chunk(writer, FVV_CHUNK_BACKGROUND, uint16_t(11 + i), FVV_FLAG_KEY, f,
-                                 options.backgrounds[i].data(), options.backgrounds[i].size(),
+      for (size_t i = 0; f == 1 && i < options.environments.size(); i++)
+        REQUIRE(fvv_writer_chunk(writer, FVV_CHUNK_ENVIRONMENT, uint16_t(11 + i), FVV_FLAG_KEY, f,
+                                 options.environments[i].data(), options.environments[i].size(),
                                  nullptr) == FVV_OK);
     }
     REQUIRE(fvv_writer_end_group(writer, nullptr) == FVV_OK);

@@ -112,13 +112,13 @@ void seek(const uint8_t *data, size_t size) {
       const uint16_t track = configuration->tracks[i].id;
       fvv_mesh mesh;
       const fvv_visibility *visibility;
-      const fvv_background *background;
+      const fvv_environment *environment;
       const uint8_t *bytes;
       uint32_t vertices;
       if (fvv_stream_mesh(stream, number, track, &mesh, nullptr) == FVV_OK) fvv_mesh_free(&mesh);
       (void)!fvv_stream_visibility(stream, number, track, &visibility, nullptr);
       (void)!fvv_stream_colours(stream, number, track, &bytes, &vertices, nullptr);
-      (void)!fvv_stream_background(stream, frame.group, track, &background, nullptr);
+      (void)!fvv_stream_environment(stream, frame.group, track, &environment, nullptr);
     }
     for (size_t i = 0; i < configuration->camera_count; i++) {
       fvv_camera camera;

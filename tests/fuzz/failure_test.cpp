@@ -117,7 +117,7 @@ void read_frame(fvv_stream *stream, size_t number, uint64_t what, Log &log) {
     const uint64_t place = what + 10 * (i + 1);
     fvv_mesh mesh;
     status = fvv_stream_mesh(stream, number, track, &mesh, nullptr);
-    log.note(place, status, mesh.positions, 12 * size_t(mesh.vertex_count));
+    log.note(place, status, mesh.lattice, 12 * size_t(mesh.vertex_count));
     if (status == FVV_OK) fvv_mesh_free(&mesh);
     const uint8_t *bytes = nullptr;
     size_t size = 0;
@@ -125,7 +125,7 @@ void read_frame(fvv_stream *stream, size_t number, uint64_t what, Log &log) {
     int key = 0;
     const fvv_tile *tiles = nullptr;
     const fvv_visibility *visibility = nullptr;
-    const fvv_background *background = nullptr;
+    const fvv_environment *environment = nullptr;
     status = fvv_stream_colours(stream, number, track, &bytes, &vertices, nullptr);
     log.note(place + 1, status, bytes, 3 * size_t(vertices));
     status = fvv_stream_sample(stream, number, track, &bytes, &size, &key, nullptr);
@@ -136,11 +136,11 @@ void read_frame(fvv_stream *stream, size_t number, uint64_t what, Log &log) {
     log.note(place + 4, status, status == FVV_OK ? visibility->states : nullptr,
              status == FVV_OK ? size_t(visibility->header.camera_count) * visibility->header.vertex_count
                               : 0);
-    status = fvv_stream_background(stream, frame.group, track, &background, nullptr);
+    status = fvv_stream_environment(stream, frame.group, track, &environment, nullptr);
     log.note(place + 5, status);
-    if (status == FVV_OK && background->part_count) {
-      status = fvv_background_mesh(background, 0, nullptr, &background->allocator, &mesh, nullptr);
-      log.note(place + 6, status, mesh.positions, 12 * size_t(mesh.vertex_count));
+    if (status == FVV_OK && environment->part_count) {
+      status = fvv_environment_mesh(environment, 0, nullptr, &environment->allocator, &mesh, nullptr);
+      log.note(place + 6, status, mesh.lattice, 12 * size_t(mesh.vertex_count));
       if (status == FVV_OK) fvv_mesh_free(&mesh);
     }
   }

@@ -46,7 +46,7 @@ void write_delta(const fuzz::Folder &folder, const std::string &name, const fvv_
   append_part(out, key);
   fvv_mesh_sequence *sequence = nullptr;
   fuzz::expect(fvv_mesh_sequence_open(&mesh, nullptr, &sequence, nullptr) == FVV_OK, "a mesh may be a key");
-  std::vector<int32_t> positions(mesh.positions, mesh.positions + 3 * size_t(mesh.vertex_count));
+  std::vector<int32_t> positions(mesh.lattice, mesh.lattice + 3 * size_t(mesh.vertex_count));
   for (int frame = 1; frame < 4; frame++) {
     for (size_t i = 0; i < positions.size(); i++)
       positions[i] += int32_t(i % 3 == 0 ? frame : positions[i] / 40 % 3);

@@ -59,7 +59,7 @@ def from_stream(seeds, stream):
             seeds.add("records", bytes([number]) + payload)
     from_meshes(seeds, by_kind)
     for _, _, payload in by_kind.get("BACK", []):
-        seeds.add("background", payload)
+        seeds.add("environment", payload)
     cameras = [payload for _, _, payload in by_kind.get("CAMR", [])][:4]
     if cameras:
         moves = [bytes([flags >> 1 & 1]) + part(payload) for _, flags, payload in by_kind.get("CALB", [])[:4]]

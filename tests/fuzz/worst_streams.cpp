@@ -139,8 +139,7 @@ Bytes still_stream(uint32_t side, uint8_t profile, size_t cameras, bool colours)
   // What is left for INDX, FOOT and GEND.
   for (uint32_t frame = 1; out.stream.size() < longest - 500; frame++) {
     Payload payload;
-    expect(fvv_mesh_sequence_encode(sequence, grid.mesh.positions, nullptr, &payload.bytes, nullptr) ==
-               FVV_OK,
+    expect(fvv_mesh_sequence_encode(sequence, grid.mesh.lattice, nullptr, &payload.bytes, nullptr) == FVV_OK,
            "a frame can be encoded");
     out.chunk(FVV_CHUNK_MESH, 1, false, frame, bytes_of(payload.bytes));
     if (cameras) out.chunk(FVV_CHUNK_VISIBILITY, 2, false, frame, visibility_of(grid.mesh, frame, cameras));

@@ -1,6 +1,6 @@
 /* Prints what libfvv decodes, for the test of the browser's decoder: for every frame and everything in it a
  * line with a name and a number of bytes, and then those bytes. The reader of this makes the hashes. usage:
- * frame_bytes FILE, or frame_bytes --background FILE for the environments of the last group. */
+ * frame_bytes FILE, or frame_bytes --environment FILE for the environments of the last group. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,11 +14,11 @@ static void put(const char *name, unsigned id, const void *bytes, size_t size) {
 
 static void put_mesh(const fvv_mesh *mesh, unsigned track, const fvv_scene *scene) {
   const size_t vertices = mesh->vertex_count;
-  put("lattice", track, mesh->positions, 12 * vertices);
+  put("lattice", track, mesh->lattice, 12 * vertices);
   put("faces", track, mesh->faces, 12 * (size_t)mesh->face_count);
   float *floats = malloc(12 * vertices + 1);
   if (!floats) exit(1);
-  fvv_lattice_to_floats(scene->lattice_origin, scene->lattice_step, mesh->positions, vertices, floats);
+  fvv_lattice_to_floats(scene->lattice_origin, scene->lattice_step, mesh->lattice, vertices, floats);
   put("positions", track, floats, 12 * vertices);
   if (fvv_mesh_normals(mesh, NULL, floats, NULL) == FVV_OK) put("normals", track, floats, 12 * vertices);
   if (mesh->texture) {
@@ -93,18 +93,18 @@ static void put_tiles(fvv_stream *stream, size_t group, unsigned track) {
   free(numbers);
 }
 
-static void put_part(const fvv_background *background, size_t i) {
+static void put_part(const fvv_environment *environment, size_t i) {
   fvv_mesh mesh;
-  if (fvv_background_mesh(background, i, NULL, NULL, &mesh, NULL) != FVV_OK) exit(1);
+  if (fvv_environment_mesh(environment, i, NULL, NULL, &mesh, NULL) != FVV_OK) exit(1);
   const size_t vertices = mesh.vertex_count;
   float *floats = malloc(12 * vertices + 1);
   if (!floats) exit(1);
-  fvv_lattice_to_floats(background->lattice_origin, background->lattice_step, mesh.positions, vertices,
+  fvv_lattice_to_floats(environment->lattice_origin, environment->lattice_step, mesh.lattice, vertices,
                         floats);
   put("part-positions", (unsigned)i, floats, 12 * vertices);
   put("part-faces", (unsigned)i, mesh.faces, 12 * (size_t)mesh.face_count);
   if (mesh.texture) {
-    const fvv_background_part *part = &background->parts[i];
+    const fvv_environment_part *part = &environment->parts[i];
     fvv_texture_to_floats(mesh.texture_bits, mesh.texture, vertices, floats);
     for (size_t k = 0; k < 2 * vertices; k++)
       floats[k] = (float)(part->texture_origin[k % 2] + part->texture_size[k % 2] * (double)floats[k]);
@@ -114,12 +114,12 @@ static void put_part(const fvv_background *background, size_t i) {
   fvv_mesh_free(&mesh);
 }
 
-static void put_background(const fvv_background *background) {
-  for (size_t i = 0; i < background->part_count; i++) put_part(background, i);
-  for (size_t i = 0; i < background->picture_count; i++)
-    put("picture", (unsigned)i, background->pictures[i].data, background->pictures[i].size);
-  for (size_t i = 0; i < background->light_count; i++) {
-    const fvv_light *l = &background->lights[i];
+static void put_environment(const fvv_environment *environment) {
+  for (size_t i = 0; i < environment->part_count; i++) put_part(environment, i);
+  for (size_t i = 0; i < environment->picture_count; i++)
+    put("picture", (unsigned)i, environment->pictures[i].data, environment->pictures[i].size);
+  for (size_t i = 0; i < environment->light_count; i++) {
+    const fvv_light *l = &environment->lights[i];
     const double numbers[13] = {l->position[0],  l->position[1],  l->position[2], l->direction[0],
                                 l->direction[1], l->direction[2], l->colour[0],   l->colour[1],
                                 l->colour[2],    l->intensity,    l->range,       l->inner_cone,
@@ -128,14 +128,14 @@ static void put_background(const fvv_background *background) {
   }
 }
 
-static int put_backgrounds(fvv_stream *stream) {
+static int put_environments(fvv_stream *stream) {
   const size_t groups = fvv_file_group_count(fvv_stream_file(stream));
   const fvv_configuration *configuration;
   if (!groups || fvv_stream_configuration(stream, groups - 1, &configuration, NULL) != FVV_OK) return 1;
   for (size_t i = 0; i < configuration->track_count; i++) {
-    const fvv_background *background;
-    if (fvv_stream_background(stream, groups - 1, configuration->tracks[i].id, &background, NULL) == FVV_OK)
-      put_background(background);
+    const fvv_environment *environment;
+    if (fvv_stream_environment(stream, groups - 1, configuration->tracks[i].id, &environment, NULL) == FVV_OK)
+      put_environment(environment);
   }
   return 0;
 }
@@ -160,17 +160,17 @@ static void put_track(fvv_stream *stream, size_t frame, const fvv_track *track, 
 }
 
 int main(int count, char **arguments) {
-  const int background = count == 3 && !strcmp(arguments[1], "--background");
+  const int environment = count == 3 && !strcmp(arguments[1], "--environment");
   fvv_input input;
   fvv_diagnostic diagnostic;
-  if (count != 2 + background || fvv_input_file_open(arguments[count - 1], &input, &diagnostic) != FVV_OK)
+  if (count != 2 + environment || fvv_input_file_open(arguments[count - 1], &input, &diagnostic) != FVV_OK)
     return 2;
   fvv_stream *stream;
   if (fvv_stream_open(&input, NULL, NULL, &stream, &diagnostic) != FVV_OK) {
     fprintf(stderr, "%s\n", diagnostic.message);
     return 1;
   }
-  if (background) return put_backgrounds(stream);
+  if (environment) return put_environments(stream);
   for (size_t f = 0; f < fvv_stream_frame_count(stream); f++) {
     fvv_frame frame;
     const fvv_configuration *configuration;

@@ -2,7 +2,7 @@
 """Do all machines, compilers and levels of optimisation decode the same bits? (./run matrix, docs/evidence/matrix.md)
 
 Every build of libfvv reads every case through the protocol of the conformance suite. A build agrees on a case when its whole
-report is that of the first build: frames, hashes of their arrays, sound, background, issues and their places. The decoders in
+report is that of the first build: frames, hashes of their arrays, sound, environment, issues and their places. The decoders in
 other languages are compared in what they claim to decode, and in files that are damaged, in what both call intact.
 """
 

@@ -110,7 +110,7 @@ std::string refusal(const Shape &shape, const fvv_mesh_options &o, fvv_status ex
   fvv_diagnostic diagnostic = {};
   CHECK(fvv_mesh_canonicalise(&source, &o, nullptr, &mesh, nullptr, &diagnostic) == expected);
   CHECK(diagnostic.status == expected);
-  CHECK(mesh.positions == nullptr);
+  CHECK(mesh.lattice == nullptr);
   CHECK(mesh.faces == nullptr);
   CHECK(mesh.vertex_count == 0);
   return diagnostic.message;
@@ -137,7 +137,7 @@ TEST_CASE("a clean mesh goes through as it was") {
   check_report(report, {0, 0, 0, 0, 0, 0, 0, 0, 0});
   CHECK(report.max_error < 1e-16);
   CHECK(faces_of(*mesh) == shape.faces);
-  CHECK(std::vector<int32_t>(mesh->positions, mesh->positions + 12) ==
+  CHECK(std::vector<int32_t>(mesh->lattice, mesh->lattice + 12) ==
         std::vector<int32_t>{0, 0, 0, 100, 0, 0, 0, 100, 0, 0, 0, 100});
 }
 
@@ -181,7 +181,7 @@ TEST_CASE("zero area is exact at the lattice's bounds") {
   const auto mesh = canonical(shape, 1, &report);
   CHECK(report.degenerate_faces == 1);
   CHECK(faces_of(*mesh) == std::vector<uint32_t>{0, 1, 2});
-  CHECK(mesh->positions[8] == 1);
+  CHECK(mesh->lattice[8] == 1);
 }
 
 TEST_CASE("the smaller part of a component is turned") {
@@ -239,7 +239,7 @@ TEST_CASE("a Moebius strip is no failure") {
   // Turned once, it stays: all neighbours agree but those at one seam.
   const fvv_mesh_options o = options(1);
   Shape again;
-  again.positions.assign(mesh->positions, mesh->positions + 3 * mesh->vertex_count);
+  again.positions.assign(mesh->lattice, mesh->lattice + 3 * mesh->vertex_count);
   again.faces = faces_of(*mesh);
   const fvv_mesh_source source = again.source();
   Mesh same;
@@ -360,7 +360,7 @@ TEST_CASE("the canonicaliser survives every failed allocation") {
     memory::reset(n);
     status = fvv_mesh_canonicalise(&source, &o, &allocator, &mesh, nullptr, &diagnostic);
     memory::reset();
-    const bool empty = !mesh.positions && !mesh.faces && !mesh.vertex_count;
+    const bool empty = !mesh.lattice && !mesh.faces && !mesh.vertex_count;
     const bool reported = diagnostic.status == status;
     fvv_mesh_free(&mesh);
     const bool leaked = memory::state.live != before;

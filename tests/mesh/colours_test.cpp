@@ -17,7 +17,7 @@ Colours painted(const fvv_mesh &mesh) {
   Colours out;
   for (uint32_t v = 0; v < mesh.vertex_count; v++)
     for (int c = 0; c < 3; c++)
-      out.push_back(uint8_t(128 + 100 * std::sin(mesh.positions[3 * v + (c + 1) % 3] * (c + 2) / 600.0)));
+      out.push_back(uint8_t(128 + 100 * std::sin(mesh.lattice[3 * v + (c + 1) % 3] * (c + 2) / 600.0)));
   return out;
 }
 
@@ -159,7 +159,7 @@ TEST_CASE("the ends of the lattice have colours") {
   std::vector<int32_t> positions = {-far, -far, -far, far, -far, far, 0, far, -1, -1, 0, far};
   std::vector<uint32_t> faces = {0, 1, 2, 1, 2, 3};
   fvv_mesh mesh = {};
-  mesh.positions = positions.data();
+  mesh.lattice = positions.data();
   mesh.faces = faces.data();
   mesh.vertex_count = 4;
   mesh.face_count = 2;

@@ -68,7 +68,7 @@ struct Judge {
     if (status == FVV_OK) {
       const fvv_mesh *mesh = fvv_mesh_sequence_mesh(sequence);
       for (size_t i = 0; i < 3 * size_t(mesh->vertex_count); i++)
-        wrong += mesh->positions[i] > FVV_LATTICE_MAX || mesh->positions[i] < -FVV_LATTICE_MAX;
+        wrong += mesh->lattice[i] > FVV_LATTICE_MAX || mesh->lattice[i] < -FVV_LATTICE_MAX;
     } else {
       const bool known =
           status == FVV_ERROR_INVALID || status == FVV_ERROR_UNSUPPORTED || status == FVV_ERROR_ARGUMENT;
@@ -207,7 +207,7 @@ TEST_CASE("4 KiB of key and delta cost little, for any content", "[slow][long]")
   }
   const auto key = key_of(shape, 0.01);
   Sequence encoder(*key);
-  const std::vector<int32_t> still(key->positions, key->positions + 3 * size_t(key->vertex_count));
+  const std::vector<int32_t> still(key->lattice, key->lattice + 3 * size_t(key->vertex_count));
   const Payload header = encoder.encode(still, 1);
   std::mt19937 random(8);
   Judge judge;

@@ -139,7 +139,7 @@ struct Plain {
     std::vector<uint32_t> lowest, twins;
     std::set<uint32_t> left;
     for (uint32_t v = 0; v < key.vertex_count; v++) {
-      const int32_t *p = key.positions + 3 * size_t(v);
+      const int32_t *p = key.lattice + 3 * size_t(v);
       lowest.push_back(points.insert({{{p[0], p[1], p[2]}}, v}).first->second);
       if (lowest[v] == v)
         left.insert(v);
@@ -178,7 +178,7 @@ struct Plain {
   int64_t squared(uint32_t v, uint32_t w) const {
     int64_t sum = 0;
     for (size_t a = 0; a < 3; a++) {
-      const int64_t u = int64_t(mesh.positions[3 * size_t(v) + a]) - mesh.positions[3 * size_t(w) + a];
+      const int64_t u = int64_t(mesh.lattice[3 * size_t(v) + a]) - mesh.lattice[3 * size_t(w) + a];
       sum += u * u;
     }
     return sum;
@@ -338,7 +338,7 @@ TEST_CASE("smooth motion takes a small part of a key frame") {
 TEST_CASE("a mesh that does not move takes a header only") {
   const auto key = key_of(sphere(60, 40));
   Sequence encoder(*key), decoder(*key);
-  const std::vector<int32_t> still(key->positions, key->positions + 3 * size_t(key->vertex_count));
+  const std::vector<int32_t> still(key->lattice, key->lattice + 3 * size_t(key->vertex_count));
   for (int t = 1; t <= 3; t++) {
     const auto payload = encoder.encode(still, 0);
     CHECK(payload.size() == 16 + 2 + 2 * header_of(payload).levels.size());
@@ -405,7 +405,7 @@ TEST_CASE("motion to the edge of the lattice and back is exact") {
   const auto key = key_of(far, 0.001);
   Sequence encoder(*key), decoder(*key);
   for (const int32_t shift : {FVV_LATTICE_MAX - 3000, -(FVV_LATTICE_MAX - 3000), 0}) {
-    std::vector<int32_t> wanted(key->positions, key->positions + 3 * size_t(key->vertex_count));
+    std::vector<int32_t> wanted(key->lattice, key->lattice + 3 * size_t(key->vertex_count));
     for (int32_t &x : wanted) x += shift;
     for (size_t i = 0; i < 300; i++) wanted[i] = i % 2 ? FVV_LATTICE_MAX : -FVV_LATTICE_MAX;
     REQUIRE(decoder.decode(encoder.encode(wanted, 0)) == FVV_OK);
@@ -469,7 +469,7 @@ TEST_CASE("delta payloads are the same bytes on every machine") {
   for (int t = 1; t <= 4; t++) {
     std::vector<int32_t> wanted;
     for (uint32_t v = 0; v < key->vertex_count; v++) {
-      const int32_t *p = key->positions + 3 * size_t(v);
+      const int32_t *p = key->lattice + 3 * size_t(v);
       wanted.push_back(p[0] + t * (p[1] / 16));
       wanted.push_back(p[1] - t * (p[0] / 16));
       wanted.push_back(p[2] + (p[0] * p[1] / 500 * t) % 23);

@@ -26,7 +26,7 @@ std::vector<uint8_t> draco_payload(const fvv_mesh &mesh, const DracoOptions &opt
   const int id = add(&source, draco::GeometryAttribute::POSITION,
                      options.floats ? draco::DT_FLOAT32 : draco::DT_INT32, mesh.vertex_count);
   for (uint32_t v = 0; v < mesh.vertex_count; v++) {
-    const int32_t *p = mesh.positions + 3 * v;
+    const int32_t *p = mesh.lattice + 3 * v;
     const float as_floats[3] = {float(p[0]), float(p[1]), float(p[2])};
     source.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v),
                                             options.floats ? static_cast<const void *>(as_floats) : p);

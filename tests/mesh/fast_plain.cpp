@@ -23,7 +23,7 @@ void FastPlain::put_vertices(const fvv_mesh &mesh) {
   const size_t stride = size_t(12) + (mesh.texture ? 8 : 0) + (mesh.normals ? 8 : 0);
   std::vector<uint8_t> elements;
   for (size_t v = 0; v < mesh.vertex_count; v++) {
-    for (size_t a = 0; a < 3; a++) put_u32(elements, uint32_t(mesh.positions[3 * v + a]));
+    for (size_t a = 0; a < 3; a++) put_u32(elements, uint32_t(mesh.lattice[3 * v + a]));
     for (size_t a = 0; mesh.texture && a < 2; a++) put_u32(elements, mesh.texture[2 * v + a]);
     for (size_t a = 0; mesh.normals && a < 2; a++) put_u32(elements, mesh.normals[2 * v + a]);
   }

@@ -26,14 +26,14 @@ void check_issue(const Payload &payload, uint32_t issue) {
   CHECK(decode(payload, &mesh, &diagnostic) == FVV_ERROR_INVALID);
   INFO(diagnostic.message);
   CHECK(diagnostic.issue == issue);
-  CHECK(mesh.positions == nullptr);
+  CHECK(mesh.lattice == nullptr);
   CHECK(mesh.faces == nullptr);
 }
 
 bool same(const fvv_mesh &a, const fvv_mesh &b) {
   const size_t vertices = a.vertex_count, faces = a.face_count;
   return a.vertex_count == b.vertex_count && a.face_count == b.face_count &&
-         a.texture_bits == b.texture_bits && memcmp(a.positions, b.positions, 12 * vertices) == 0 &&
+         a.texture_bits == b.texture_bits && memcmp(a.lattice, b.lattice, 12 * vertices) == 0 &&
          memcmp(a.faces, b.faces, 12 * faces) == 0 &&
          (!a.texture || memcmp(a.texture, b.texture, 8 * vertices) == 0);
 }
@@ -233,9 +233,9 @@ TEST_CASE("a fast mesh keeps the rules of every mesh") {
   mesh->faces[4] = mesh->faces[5];
   check_issue(FastPlain(*mesh).payload(), 3005);
   const auto outside = canonical(tetrahedron());
-  outside->positions[7] = FVV_LATTICE_MAX + 1;
+  outside->lattice[7] = FVV_LATTICE_MAX + 1;
   check_issue(FastPlain(*outside).payload(), 3006);
-  outside->positions[7] = -FVV_LATTICE_MAX;
+  outside->lattice[7] = -FVV_LATTICE_MAX;
   Mesh back;
   CHECK(decode(FastPlain(*outside).payload(), &back, nullptr) == FVV_OK);
   const auto textured = canonical(charts(1));
@@ -275,7 +275,7 @@ TEST_CASE("fast meshes survive every failed allocation") {
                                             &diagnostic);
         memory::reset();
         reported = reported && diagnostic.status == status;
-        if (status != FVV_OK) empty = empty && !bytes.size && !back.positions && !back.texture;
+        if (status != FVV_OK) empty = empty && !bytes.size && !back.lattice && !back.texture;
         fvv_mesh_free(&back);
         fvv_bytes_free(&bytes);
         leaked = memory::state.live != before;

@@ -55,7 +55,7 @@ struct Judge {
       refused++;
       const bool known =
           status == FVV_ERROR_INVALID || status == FVV_ERROR_UNSUPPORTED || status == FVV_ERROR_LIMIT;
-      wrong += !known || !diagnostic.issue || mesh.positions || mesh.faces || mesh.texture || mesh.normals;
+      wrong += !known || !diagnostic.issue || mesh.lattice || mesh.faces || mesh.texture || mesh.normals;
     }
     fvv_mesh_free(&mesh);
     wrong += memory::state.live != before;
@@ -68,7 +68,7 @@ struct Judge {
       used[mesh.faces[i]] = true;
     }
     for (uint32_t i = 0; i < 3 * mesh.vertex_count; i++)
-      if (mesh.positions[i] > FVV_LATTICE_MAX || mesh.positions[i] < -FVV_LATTICE_MAX) return false;
+      if (mesh.lattice[i] > FVV_LATTICE_MAX || mesh.lattice[i] < -FVV_LATTICE_MAX) return false;
     if (!mesh.texture != !mesh.texture_bits || mesh.texture_bits > 16) return false;
     for (uint32_t i = 0; mesh.texture && i < 2 * mesh.vertex_count; i++)
       if (mesh.texture[i] > uint32_t(1) << mesh.texture_bits) return false;

@@ -26,8 +26,7 @@ std::vector<float> normals_of(const fvv_mesh &mesh) {
 }
 
 Vector point_of(const fvv_mesh &mesh, size_t v) {
-  return {double(mesh.positions[3 * v]), double(mesh.positions[3 * v + 1]),
-          double(mesh.positions[3 * v + 2])};
+  return {double(mesh.lattice[3 * v]), double(mesh.lattice[3 * v + 1]), double(mesh.lattice[3 * v + 2])};
 }
 
 double degrees_between(const float *n, const Vector &other) {
@@ -47,8 +46,8 @@ std::map<Vector, std::array<long double, 3>> newell(const fvv_mesh &mesh) {
     std::array<long double, 3> area = {};
     const uint32_t *face = mesh.faces + 3 * f;
     for (size_t c = 0; c < 3; c++) {
-      const int32_t *p = mesh.positions + 3 * size_t(face[c]),
-                    *q = mesh.positions + 3 * size_t(face[(c + 1) % 3]);
+      const int32_t *p = mesh.lattice + 3 * size_t(face[c]),
+                    *q = mesh.lattice + 3 * size_t(face[(c + 1) % 3]);
       for (size_t k = 0; k < 3; k++)
         area[k] += (static_cast<long double>(p[(k + 1) % 3]) - q[(k + 1) % 3]) *
                    (static_cast<long double>(p[(k + 2) % 3]) + q[(k + 2) % 3]);
@@ -62,7 +61,7 @@ std::map<Vector, std::array<long double, 3>> newell(const fvv_mesh &mesh) {
 // A mesh as it is, past the canonicaliser. Borrows.
 fvv_mesh bare(std::vector<int32_t> &positions, std::vector<uint32_t> &faces) {
   fvv_mesh mesh = {};
-  mesh.positions = positions.data();
+  mesh.lattice = positions.data();
   mesh.faces = faces.data();
   mesh.vertex_count = uint32_t(positions.size() / 3);
   mesh.face_count = uint32_t(faces.size() / 3);
@@ -100,7 +99,7 @@ TEST_CASE("a normal is the sum of the faces around by area, to the last bit") {
 TEST_CASE("computed normals of round shapes are near the analytic ones") {
   const auto ball = canonical(sphere(60, 40));
   const std::vector<float> normals = normals_of(*ball);
-  const auto low = std::minmax_element(ball->positions, ball->positions + 3 * ball->vertex_count);
+  const auto low = std::minmax_element(ball->lattice, ball->lattice + 3 * ball->vertex_count);
   const double centre = (double(*low.first) + *low.second) / 2;
   double worst = 0;
   for (size_t v = 0; v < ball->vertex_count; v++) {
@@ -210,7 +209,7 @@ std::string refusal(const Shape &shape, uint32_t bits, fvv_status expected = FVV
   Mesh mesh;
   fvv_diagnostic diagnostic = {};
   CHECK(fvv_mesh_canonicalise(&source, &options, nullptr, &mesh, nullptr, &diagnostic) == expected);
-  CHECK(!mesh.positions);
+  CHECK(!mesh.lattice);
   CHECK(!mesh.normals);
   return diagnostic.message;
 }
@@ -485,7 +484,7 @@ TEST_CASE("sent normals turn with the faces of a moving mesh") {
       const double turn = 0.4 * frame, c = std::cos(turn), s = std::sin(turn);
       const auto rotate = [&](Vector p) { return Vector{c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]}; };
       for (size_t v = 0; v < decoded.vertex_count; v++) {
-        const int32_t *p = decoded.positions + 3 * v;
+        const int32_t *p = decoded.lattice + 3 * v;
         const Vector to = rotate({double(p[0]), double(p[1]), double(p[2])});
         for (size_t k = 0; k < 3; k++) moved[3 * v + k] = int32_t(std::lround(to[k]));
       }
@@ -518,7 +517,7 @@ TEST_CASE("3018: a delta frame has the normal bits of its key mesh") {
   fvv_diagnostic diagnostic = {};
   REQUIRE(fvv_mesh_sequence_open(key.get(), nullptr, &sequence, &diagnostic) == FVV_OK);
   Bytes payload;
-  REQUIRE(fvv_mesh_sequence_encode(sequence, key->positions, nullptr, &payload, &diagnostic) == FVV_OK);
+  REQUIRE(fvv_mesh_sequence_encode(sequence, key->lattice, nullptr, &payload, &diagnostic) == FVV_OK);
   fvv_mesh_sequence_close(sequence);
   REQUIRE(fvv_mesh_sequence_open(key.get(), nullptr, &sequence, &diagnostic) == FVV_OK);
   std::vector<uint8_t> bytes = payload.copy();

@@ -96,7 +96,7 @@ TEST_CASE("the raw profile keeps the order of vertices and faces") {
   Mesh back;
   fvv_diagnostic diagnostic = {};
   REQUIRE(decode(payload, &back, &diagnostic) == FVV_OK);
-  CHECK(memcmp(back.positions, mesh->positions, 12 * size_t(mesh->vertex_count)) == 0);
+  CHECK(memcmp(back.lattice, mesh->lattice, 12 * size_t(mesh->vertex_count)) == 0);
   CHECK(memcmp(back.faces, mesh->faces, 12 * size_t(mesh->face_count)) == 0);
 }
 
@@ -165,9 +165,9 @@ TEST_CASE("the encoder refuses meshes that no reader would take") {
   mesh->faces[4] = mesh->faces[5];
   refused(*mesh, 3005);
   mesh->faces[4] = 1;
-  mesh->positions[0] = FVV_LATTICE_MAX + 1;
+  mesh->lattice[0] = FVV_LATTICE_MAX + 1;
   refused(*mesh, 3006);
-  mesh->positions[0] = 0;
+  mesh->lattice[0] = 0;
   mesh->face_count = 1;
   refused(*mesh, 3011);
   mesh->face_count = 0;
@@ -221,7 +221,7 @@ TEST_CASE("encoder and decoder survive every failed allocation, Draco's too") {
                                             &diagnostic);
         memory::reset();
         reported = reported && diagnostic.status == status;
-        if (status != FVV_OK) empty = empty && !bytes.size && !back.positions && !back.vertex_count;
+        if (status != FVV_OK) empty = empty && !bytes.size && !back.lattice && !back.vertex_count;
         fvv_mesh_free(&back);
         fvv_bytes_free(&bytes);
         leaked = memory::state.live != before;
@@ -273,7 +273,7 @@ void check_issue(const std::vector<uint8_t> &payload, uint32_t issue, fvv_status
   CHECK(diagnostic.issue == issue);
   CHECK(diagnostic.chunk_type == FVV_CHUNK_MESH);
   CHECK(diagnostic.message[0] != 0);
-  CHECK(mesh.positions == nullptr);
+  CHECK(mesh.lattice == nullptr);
   CHECK(mesh.faces == nullptr);
   CHECK(mesh.vertex_count == 0);
   CHECK(mesh.face_count == 0);
@@ -350,7 +350,7 @@ TEST_CASE("3006: positions lie within the lattice") {
     put_u32(bad, 16 + 12 + 8, uint32_t(index));
     check_issue(bad, 3006);
   }
-  mesh->positions[5] = FVV_LATTICE_MAX + 1;
+  mesh->lattice[5] = FVV_LATTICE_MAX + 1;
   check_issue(draco_payload(*mesh, {}), 3006);
 }
 

@@ -34,7 +34,7 @@ void check_map(const Shape &shape, const Mesh &mesh, const std::vector<uint32_t>
     if (vertices[v] == UINT32_MAX) continue;
     REQUIRE(vertices[v] < mesh.vertex_count);
     stands[vertices[v]] = true;
-    for (size_t a = 0; a < 3; a++) CHECK(mesh.positions[3 * size_t(vertices[v]) + a] == indices[3 * v + a]);
+    for (size_t a = 0; a < 3; a++) CHECK(mesh.lattice[3 * size_t(vertices[v]) + a] == indices[3 * v + a]);
   }
   CHECK(std::find(stands.begin(), stands.end(), false) == stands.end());
 }
@@ -138,7 +138,7 @@ TEST_CASE("the order of decoded vertices is reported, also of those that lie on 
         REQUIRE(vertices[v] < mesh.vertex_count);
         met[vertices[v]] = true;
         for (size_t a = 0; a < 3; a++)
-          CHECK(decoded.positions[3 * v + a] == mesh.positions[3 * size_t(vertices[v]) + a]);
+          CHECK(decoded.lattice[3 * v + a] == mesh.lattice[3 * size_t(vertices[v]) + a]);
         for (size_t a = 0; mesh.texture && a < 2; a++)
           CHECK(decoded.texture[2 * v + a] == mesh.texture[2 * size_t(vertices[v]) + a]);
       }

@@ -231,7 +231,7 @@ std::vector<Triangle> triangles(const fvv_mesh &mesh) {
       Triangle t = {};
       for (uint32_t c = 0; c < 3; c++) {
         const size_t vertex = mesh.faces[3 * f + (uint32_t(first) + c) % 3];
-        memcpy(&t[7 * c], mesh.positions + 3 * vertex, 12);
+        memcpy(&t[7 * c], mesh.lattice + 3 * vertex, 12);
         if (mesh.texture) memcpy(&t[7 * c + 3], mesh.texture + 2 * vertex, 8);
         if (mesh.normals) memcpy(&t[7 * c + 5], mesh.normals + 2 * vertex, 8);
       }
@@ -294,7 +294,7 @@ std::vector<int32_t> moved(const fvv_mesh &key, int t, int tremble) {
   std::vector<int32_t> out;
   std::mt19937 random(unsigned(t) + 1);
   for (size_t v = 0; v < key.vertex_count; v++) {
-    const int32_t *p = key.positions + 3 * v;
+    const int32_t *p = key.lattice + 3 * v;
     const double angle = 0.02 * t + 0.0003 * t * p[1] / 10.0;
     const double x = std::cos(angle) * p[0] + std::sin(angle) * p[2] + 15.0 * t;
     const double z = std::cos(angle) * p[2] - std::sin(angle) * p[0];
@@ -333,7 +333,7 @@ fvv_status Sequence::decode(const std::vector<uint8_t> &payload, fvv_diagnostic 
 
 std::vector<int32_t> Sequence::positions() const {
   const fvv_mesh *mesh = fvv_mesh_sequence_mesh(handle);
-  return {mesh->positions, mesh->positions + 3 * size_t(mesh->vertex_count)};
+  return {mesh->lattice, mesh->lattice + 3 * size_t(mesh->vertex_count)};
 }
 
 int32_t distance(const std::vector<int32_t> &a, const std::vector<int32_t> &b) {

@@ -223,7 +223,7 @@ std::vector<Corners> surface(const Shape &shape, double of_step) {
 
 std::vector<Corners> surface(const fvv_mesh &mesh) {
   return surface(mesh.faces, mesh.face_count, [&](uint32_t v) {
-    const int32_t *p = mesh.positions + 3 * size_t(v);
+    const int32_t *p = mesh.lattice + 3 * size_t(v);
     return Point{p[0], p[1], p[2]};
   });
 }
@@ -332,8 +332,7 @@ TEST_CASE("500 frames of a mesh with defects stay as near to the source in metre
       // Slow motion, a small part of a step a frame: a coder of differences alone would lose it.
       std::vector<double> source(count), now(count);
       for (size_t i = 0; i < count; i++)
-        source[i] =
-            step * key->positions[i] + 0.01 * std::sin(0.004 * t + 0.1 * double(i % 50)) + 0.00013 * t;
+        source[i] = step * key->lattice[i] + 0.01 * std::sin(0.004 * t + 0.1 * double(i % 50)) + 0.00013 * t;
       std::vector<int32_t> wanted(count);
       REQUIRE(fvv_lattice_from_metres(origin, step, source.data(), count / 3, wanted.data(), nullptr) ==
               FVV_OK);

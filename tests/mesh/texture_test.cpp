@@ -99,7 +99,7 @@ std::string refusal(const Shape &shape, const fvv_mesh_options &o, uint32_t issu
   fvv_diagnostic diagnostic = {};
   CHECK(fvv_mesh_canonicalise(&source, &o, nullptr, &mesh, nullptr, &diagnostic) == expected);
   CHECK(diagnostic.issue == issue);
-  CHECK(!mesh.positions);
+  CHECK(!mesh.lattice);
   CHECK(!mesh.texture);
   return diagnostic.message;
 }
@@ -265,7 +265,7 @@ TEST_CASE("the raw profile has texture indices between positions and faces") {
   const auto payload = encoded(*mesh, FVV_MESH_RAW, 0);
   REQUIRE(payload.size() == 16 + 24 * 20 + 12 * 12);
   CHECK((payload[0] == 0 && payload[1] == 1 && payload[2] == 3 && payload[3] == 0));
-  CHECK(memcmp(payload.data() + 16, mesh->positions, 24 * 12) == 0);
+  CHECK(memcmp(payload.data() + 16, mesh->lattice, 24 * 12) == 0);
   CHECK(memcmp(payload.data() + 16 + 24 * 12, mesh->texture, 24 * 8) == 0);
   CHECK(memcmp(payload.data() + 16 + 24 * 20, mesh->faces, 12 * 12) == 0);
 }
@@ -322,7 +322,7 @@ TEST_CASE("texture coordinates and failed allocations") {
         status = fvv_mesh_decode(payload.data(), payload.size(), nullptr, &allocator, &back, &diagnostic);
       memory::reset();
       reported = reported && diagnostic.status == status;
-      if (status != FVV_OK) empty = empty && !bytes.size && !back.positions && !back.texture;
+      if (status != FVV_OK) empty = empty && !bytes.size && !back.lattice && !back.texture;
       fvv_mesh_free(&back);
       fvv_bytes_free(&bytes);
       leaked = memory::state.live != before;

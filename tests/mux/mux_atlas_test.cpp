@@ -109,7 +109,7 @@ TEST_CASE("an atlas is a video track of its own, in the stream as in the capture
   const fvv_scene &scene = configuration.scene;
   for (uint32_t v = 0; v < mesh.vertex_count; v++) {
     double metres[3];
-    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * size_t(v), metres);
+    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.lattice + 3 * size_t(v), metres);
     CHECK(mesh.texture[2 * v] / 4096.0 == Approx(0.5 + 0.9 * (metres[0] - 0.1)).margin(0.01));
     CHECK(mesh.texture[2 * v + 1] / 4096.0 == Approx(0.5 - 0.9 * metres[1]).margin(0.01));
   }
@@ -146,7 +146,7 @@ TEST_CASE("an atlas that was unpacked and packed again gives the same meshes") {
       const auto sorted = [](const fvv_mesh &mesh) {
         std::vector<std::array<int64_t, 5>> out;
         for (uint32_t v = 0; v < mesh.vertex_count; v++)
-          out.push_back({mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2],
+          out.push_back({mesh.lattice[3 * v], mesh.lattice[3 * v + 1], mesh.lattice[3 * v + 2],
                          mesh.texture[2 * v], mesh.texture[2 * v + 1]});
         std::sort(out.begin(), out.end());
         return out;

@@ -58,10 +58,10 @@ TEST_CASE("ten frames of an animated glTF file become ten meshes of one topology
     CHECK(mesh.face_count == 32);
     for (uint32_t v = 0; v < mesh.vertex_count; v++) {
       double metres[3];
-      fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * size_t(v), metres);
+      fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.lattice + 3 * size_t(v), metres);
       CHECK(nearest(metres, source) <= error * (1 + 1e-9));
     }
-    positions.emplace_back(mesh.positions, mesh.positions + 3 * size_t(mesh.vertex_count));
+    positions.emplace_back(mesh.lattice, mesh.lattice + 3 * size_t(mesh.vertex_count));
     fvv_mesh_free(&mesh);
     for (size_t j = 0; j < i; j++) CHECK(positions[j] != positions[i]);
   }

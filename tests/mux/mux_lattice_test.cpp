@@ -94,7 +94,7 @@ TEST_CASE("the capture's lattice is kept, and packing twice gives the same latti
       unpacked.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
       unpacked.positions.resize(3 * size_t(mesh.vertex_count));
       for (size_t v = 0; v < mesh.vertex_count; v++)
-        fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * v,
+        fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.lattice + 3 * v,
                               &unpacked.positions[3 * v]);
       fvv_mesh_free(&mesh);
       scene::write_mesh(unpacked, *capture.lattice, capture.mesh_path(int64_t(i)));

@@ -182,7 +182,7 @@ TEST_CASE("a capture with hard edges comes back with its normals") {
       const auto sorted = [](const fvv_mesh &m) {
         std::vector<std::array<int64_t, 5>> all;
         for (size_t v = 0; v < m.vertex_count; v++)
-          all.push_back({m.positions[3 * v], m.positions[3 * v + 1], m.positions[3 * v + 2], m.normals[2 * v],
+          all.push_back({m.lattice[3 * v], m.lattice[3 * v + 1], m.lattice[3 * v + 2], m.normals[2 * v],
                          m.normals[2 * v + 1]});
         std::sort(all.begin(), all.end());
         return all;

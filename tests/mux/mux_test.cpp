@@ -28,7 +28,7 @@ double worst_vertex(const fvv_mesh &mesh, const fvv_scene &scene, const geometry
   double worst = 0;
   for (uint32_t v = 0; v < mesh.vertex_count; v++) {
     double metres[3], best = INFINITY;
-    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * size_t(v), metres);
+    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.lattice + 3 * size_t(v), metres);
     for (size_t s = 0; s < source.vertex_count(); s++) {
       double off = 0;
       for (size_t k = 0; k < 3; k++) off = std::max(off, std::fabs(metres[k] - source.positions[3 * s + k]));
@@ -278,7 +278,7 @@ TEST_CASE("fast meshes are those of the other profiles, in another order") {
     stream.mesh(1, mesh);
     std::multiset<std::array<int32_t, 3>> out;
     for (size_t i = 0; i < 3 * size_t(mesh.face_count); i++) {
-      const int32_t *p = mesh.positions + 3 * size_t(mesh.faces[i]);
+      const int32_t *p = mesh.lattice + 3 * size_t(mesh.faces[i]);
       out.insert({p[0], p[1], p[2]});
     }
     fvv_mesh_free(&mesh);

@@ -142,7 +142,7 @@ TEST_CASE("stability: grazing faces, around the threshold of a cosine of 0.25") 
         positions.push_back(int32_t(std::lround(value)));
     std::vector<uint32_t> faces = {0, 2, 1, 0, 3, 2};
     fvv_mesh mesh = {};
-    mesh.positions = positions.data();
+    mesh.lattice = positions.data();
     mesh.faces = faces.data();
     mesh.vertex_count = 4;
     mesh.face_count = 2;
@@ -234,7 +234,7 @@ TEST_CASE("stability: 1, 7, 32 and 64 cameras: each takes as many bits as alone,
   }
   std::vector<uint32_t> faces = shape.faces;
   fvv_mesh decoded = {};
-  decoded.positions = positions.data();
+  decoded.lattice = positions.data();
   decoded.faces = faces.data();
   decoded.vertex_count = uint32_t(positions.size() / 3);
   decoded.face_count = uint32_t(faces.size() / 3);

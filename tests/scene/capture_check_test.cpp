@@ -312,11 +312,11 @@ TEST_CASE("folders, pipes and files without permission are called what they are"
   VideoSource video;
   video.file = "frames";
   folder.capture.cameras[1].masks = video;
-  folder.capture.background.emplace().file = "meshes";
+  folder.capture.environment.emplace().file = "meshes";
   Sentences expected = {"1 of 5 meshes is unreadable, first: meshes/0012.ply: is a folder",
                         "camera 3: 1 of 5 pictures is missing: 18 (first: a_18.png)",
                         "camera 3: 1 of 5 pictures is unreadable, first: a_10.png: is a pipe",
-                        "camera 4: masks frames: is a folder", "background: meshes: is a folder"};
+                        "camera 4: masks frames: is a folder", "environment: meshes: is a folder"};
   if (geteuid() != 0) { // root may read everything
     fs::permissions(folder.root / "frames/0012/b.png", fs::perms::none);
     expected.insert(expected.begin() + 3,

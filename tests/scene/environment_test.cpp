@@ -1,4 +1,4 @@
-// fvv_scene: environments from and to glTF, and the background of capture.json.
+// fvv_scene: environments from and to glTF, and the environment of capture.json.
 #include "fvv_catch.h"
 
 #include "fvv_scene/environment.h"
@@ -180,33 +180,49 @@ TEST_CASE("what is wrong with an environment is named") {
         std::vector<std::string>{"transparency and cut-outs are left out"});
 }
 
-TEST_CASE("capture.json names a background, its place in the world and its lattice") {
-  const auto with = [](const std::string &background) {
+TEST_CASE("capture.json names an environment, its place in the world and its lattice") {
+  const auto with = [](const std::string &environment) {
     return R"({"fvv_capture": 1, "frame_rate": 25, "units": "metres", "frames": {"first": 0, "count": 1},)"
-           R"( "meshes": {"pattern": "%d.ply"}, "background": )" +
-           background + "}";
+           R"( "meshes": {"pattern": "%d.ply"}, "environment": )" +
+           environment + "}";
   };
   const Capture plain = parse_capture(with(R"({"file": "room.glb"})"), "c.json");
-  CHECK(plain.background->file == "room.glb");
-  CHECK(!plain.background->lattice);
+  CHECK(plain.environment->file == "room.glb");
+  CHECK(!plain.environment->lattice);
   const Capture placed =
       parse_capture(with(R"({"file": "a/room.gltf", "lattice": {"origin": [1, 2, 3], "step": 0.5},)"
                          R"( "transform": [[0, 0, 1, 4], [1, 0, 0, 5], [0, 1, 0, 6]]})"),
                     "c.json");
-  CHECK(placed.background->transform.m[7] == 5);
-  CHECK(placed.background->lattice->step == 0.5);
+  CHECK(placed.environment->transform.m[7] == 5);
+  CHECK(placed.environment->lattice->step == 0.5);
   for (const Capture &capture : {plain, placed}) {
     const std::string text = format_capture(capture);
     CHECK(format_capture(parse_capture(text, "c.json")) == text);
   }
   CHECK_THROWS_WITH(parse_capture(with(R"({"file": "room.obj"})"), "c.json"),
-                    "c.json: /background/file: expected a .glb or .gltf file, found \"room.obj\"");
+                    "c.json: /environment/file: expected a .glb or .gltf file, found \"room.obj\"");
   CHECK_THROWS_WITH(
       parse_capture(with(R"({"file": "room.glb", "transform": [[1, 0, 0, 0], [0, 1, 0, 0], [1, 0, 0, 0]]})"),
                     "c.json"),
-      "c.json: /background/transform: expected a transform that keeps volume, found one with the determinant "
-      "0");
+      "c.json: /environment/transform: expected a transform that keeps volume, found one with the "
+      "determinant 0");
   const Findings findings = check_files(plain, {});
-  CHECK(std::find(findings.problems.begin(), findings.problems.end(), "background: room.glb: is missing") !=
+  CHECK(std::find(findings.problems.begin(), findings.problems.end(), "environment: room.glb: is missing") !=
         findings.problems.end());
+}
+
+TEST_CASE("capture.json: background is the former name of environment, read with a warning") {
+  const std::string before = R"({"fvv_capture": 1, "frame_rate": 25, "units": "metres",)"
+                             R"( "frames": {"first": 0, "count": 1}, "meshes": {"pattern": "%d.ply"},)";
+  const Capture former = parse_capture(before + R"( "background": {"file": "room.glb"}})", "c.json");
+  CHECK(former.environment->file == "room.glb");
+  const std::string warning = "\"background\" is now \"environment\"; this version reads both";
+  CHECK(former.notes == std::vector<std::string>{warning});
+  const std::vector<std::string> warnings = check_files(former, {}).warnings;
+  CHECK(std::find(warnings.begin(), warnings.end(), warning) != warnings.end());
+  CHECK(format_capture(former).find("background") == std::string::npos);
+  CHECK_THROWS_WITH(
+      parse_capture(before + R"( "background": {"file": "a.glb"}, "environment": {"file": "b.glb"}})",
+                    "c.json"),
+      "c.json: /: expected \"environment\" alone, found also \"background\", its former name");
 }

@@ -42,7 +42,7 @@ struct Sheet {
 Bytes colours_payload(const fvv_mesh &mesh, int group) {
   Bytes colours;
   for (uint32_t v = 0; v < mesh.vertex_count; v++) {
-    const int32_t *p = mesh.positions + 3 * size_t(v);
+    const int32_t *p = mesh.lattice + 3 * size_t(v);
     for (const int32_t value : {p[0] / 2, p[1] / 3 + p[0] / 4, p[2] * (group + 1)})
       colours.push_back(uint8_t(value));
   }
@@ -72,7 +72,7 @@ Stream coloured_stream() {
       if (key)
         REQUIRE(fvv_mesh_encode(&mesh, FVV_MESH_RAW, 0, nullptr, &payload, nullptr) == FVV_OK);
       else
-        REQUIRE(fvv_mesh_sequence_encode(sequence, mesh.positions, &options, &payload, nullptr) == FVV_OK);
+        REQUIRE(fvv_mesh_sequence_encode(sequence, mesh.lattice, &options, &payload, nullptr) == FVV_OK);
       const int64_t time = group.start + 2 * t;
       group.chunks.push_back({FVV_CHUNK_MESH, mesh_track, uint8_t(key ? FVV_FLAG_KEY : 0), time,
                               Bytes(payload.data, payload.data + payload.size)});

@@ -65,11 +65,11 @@ struct Frames : Opened {
     fvv_mesh mesh;
     const fvv_status got = fvv_stream_mesh(stream, f, 1, &mesh, &diagnostic);
     if (got != FVV_OK) {
-      CHECK(!mesh.positions);
+      CHECK(!mesh.lattice);
       return got;
     }
     const Field wanted(int(f) / frames, int(f) % frames);
-    CHECK(std::equal(wanted.positions.begin(), wanted.positions.end(), mesh.positions));
+    CHECK(std::equal(wanted.positions.begin(), wanted.positions.end(), mesh.lattice));
     CHECK(std::equal(wanted.faces.begin(), wanted.faces.end(), mesh.faces));
     fvv_mesh_free(&mesh);
     return got;
@@ -202,7 +202,7 @@ template <class Mesh> Bytes vector_stream() {
     options.max_error = uint32_t(t + 1) % 3;
     std::vector<int32_t> wanted = source.moved(t);
     const fvv_mesh *former = fvv_mesh_sequence_mesh(sequence);
-    if (t == 3) wanted.assign(former->positions, former->positions + wanted.size());
+    if (t == 3) wanted.assign(former->lattice, former->lattice + wanted.size());
     if (t) REQUIRE(fvv_mesh_sequence_encode(sequence, wanted.data(), &options, &payload, nullptr) == FVV_OK);
     Bytes bytes(payload.data, payload.data + payload.size);
     // libfvv does not choose steps with the only divisor 2: the test sets one in the last frame.
@@ -237,7 +237,7 @@ TEST_CASE("frames of the vectors are those of the decoder that was written from 
     Bytes positions;
     for (size_t i = 0; i < 3 * size_t(mesh.vertex_count); i++)
       for (int shift = 0; shift < 32; shift += 8)
-        positions.push_back(uint8_t(uint32_t(mesh.positions[i]) >> shift));
+        positions.push_back(uint8_t(uint32_t(mesh.lattice[i]) >> shift));
     CHECK(fvv_crc32c(0, positions.data(), positions.size()) == std::stoul(wanted, nullptr, 16));
     fvv_mesh_free(&mesh);
   }

@@ -19,10 +19,10 @@ int mesh_number(fvv_stream *stream, size_t frame, fvv_status expected = FVV_OK) 
   const fvv_status status = fvv_stream_mesh(stream, frame, 1, &mesh, &diagnostic);
   CHECK(status == expected);
   if (status != FVV_OK) {
-    CHECK(mesh.positions == nullptr);
+    CHECK(mesh.lattice == nullptr);
     return -1;
   }
-  const int number = mesh.positions[3] - 10;
+  const int number = mesh.lattice[3] - 10;
   fvv_mesh_free(&mesh);
   return number;
 }
@@ -250,7 +250,7 @@ TEST_CASE("a damaged chunk loses its frame alone") {
       fvv_diagnostic d = {};
       fvv_status status = fvv_stream_mesh(opened.stream, frame, 1, &mesh, &d);
       if (status == FVV_OK) {
-        CHECK(mesh.positions[3] == 10 + int32_t(frame));
+        CHECK(mesh.lattice[3] == 10 + int32_t(frame));
         fvv_mesh_free(&mesh);
       }
       failures += status < 0;

@@ -50,7 +50,7 @@ fvv_camera upright_camera(uint16_t id) {
 
 // Beside a line, which moves with t; one vertex in eight is otherwise. All levels on both sides.
 uint8_t state_of(const fvv_mesh &mesh, size_t vertex, size_t camera, int t) {
-  const int32_t *p = mesh.positions + 3 * vertex;
+  const int32_t *p = mesh.lattice + 3 * vertex;
   const bool beside = p[0] + p[1] * int32_t(camera) > 90 + 5 * t;
   const bool seen = beside != ((vertex * 2654435761u >> 7) % 8 == camera);
   const size_t level = (vertex + size_t(t) * (vertex % 5 == 0)) % 3;

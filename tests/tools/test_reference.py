@@ -338,7 +338,7 @@ def test_fvvinfo_reports_colours():
     assert "cells of 0.05 to 0.067 m" in text("colours_sheet")
 
 
-# Background.
+# Environment.
 
 
 def test_the_environment_vector_has_each_type_of_light():
@@ -357,5 +357,5 @@ def test_broken_rules_of_an_environment_have_their_numbers(at, byte, issue):
 
 
 def test_fvvinfo_reports_the_environment():
-    (track,) = (t for t in info("environment_stage")["tracks"] if t["kind"] == "background")
+    (track,) = (t for t in info("environment_stage")["tracks"] if t["kind"] == "environment")
     assert track["environment"] == {"parts": 2, "vertices": 8, "triangles": 4, "pictures": 2, "lights": 3}

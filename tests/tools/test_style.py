@@ -139,8 +139,8 @@ def test_lower_layers_never_include_higher_ones():
         "calibration": ["base"],
         "visibility": ["base", "mesh"],
         "video": ["base"],
-        "background": ["base", "mesh", "video"],
-        "stream": ["base", "container", "mesh", "calibration", "visibility", "video", "background"],
+        "environment": ["base", "mesh", "video"],
+        "stream": ["base", "container", "mesh", "calibration", "visibility", "video", "environment"],
     }
     for layer, allowed in below.items():
         for path in (ROOT / "libfvv/src" / layer).iterdir():

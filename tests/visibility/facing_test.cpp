@@ -13,7 +13,7 @@ namespace {
 // The cosine between the normal of a face and the way from its centroid, in long doubles.
 long double cosine(const fvv_mesh &mesh, size_t face, const Centre &centre) {
   const int32_t *p[3];
-  for (size_t c = 0; c < 3; c++) p[c] = mesh.positions + 3 * size_t(mesh.faces[3 * face + c]);
+  for (size_t c = 0; c < 3; c++) p[c] = mesh.lattice + 3 * size_t(mesh.faces[3 * face + c]);
   std::array<long double, 3> u, v, way;
   for (size_t a = 0; a < 3; a++) {
     u[a] = (long double)p[1][a] - p[0][a];

@@ -35,7 +35,7 @@ inline States facing(const fvv_mesh &mesh, const Centre &centre,
 inline States seen_beside(const fvv_mesh &mesh, int32_t t) {
   States out(mesh.vertex_count);
   for (size_t v = 0; v < out.size(); v++) {
-    const int32_t *p = mesh.positions + 3 * v;
+    const int32_t *p = mesh.lattice + 3 * v;
     const int32_t beyond = p[0] + 2 * p[1] + p[2] - t;
     out[v] = uint8_t((beyond < 0 ? FVV_VERTEX_SEEN : FVV_VERTEX_HIDDEN) + 2 * (std::abs(beyond) / 50 % 3));
   }

@@ -424,8 +424,8 @@ public:
   void describe(cli::OutputFolder &folder) {
     std::string reason;
     auto capture = capture_of(reason);
-    if (const auto background = write_background(folder); background && capture)
-      capture->background = background;
+    if (const auto environment = write_environment(folder); environment && capture)
+      capture->environment = environment;
     if (options.sound && !used.empty()) write_sounds(folder, capture ? &*capture : nullptr);
     result.capture = capture.has_value();
     if (capture)
@@ -490,20 +490,20 @@ private:
   }
 
   // That of the first frames written: within a configuration there is one.
-  std::optional<scene::Background> write_background(cli::OutputFolder &folder) {
+  std::optional<scene::EnvironmentSource> write_environment(cli::OutputFolder &folder) {
     const fvv_configuration *configuration;
-    if (!options.background || used.empty() ||
+    if (!options.environment || used.empty() ||
         fvv_stream_configuration(stream.get(), used[0], &configuration, nullptr) != FVV_OK)
       return {};
     std::vector<std::string> lost;
-    const UnpackedBackground background = unpack_background(stream.get(), used[0], *configuration, lost);
+    const UnpackedEnvironment environment = unpack_environment(stream.get(), used[0], *configuration, lost);
     for (const std::string &why : lost)
-      result.losses.push_back(file.path() + ": the background is lost: " + why);
-    if (background.environment.parts.empty()) return {}; // lights alone are not a valid glTF file
-    folder.write("background.glb",
-                 scene::format_environment(background.environment, *background.lattice, "background.glb"));
-    result.background = true;
-    return scene::Background{"background.glb", {}, background.lattice};
+      result.losses.push_back(file.path() + ": the environment is lost: " + why);
+    if (environment.environment.parts.empty()) return {}; // lights alone are not a valid glTF file
+    folder.write("environment.glb",
+                 scene::format_environment(environment.environment, *environment.lattice, "environment.glb"));
+    result.environment = true;
+    return scene::EnvironmentSource{"environment.glb", {}, environment.lattice};
   }
 
   // Of the groups of the frames that were written; capture: takes their description, unless it is NULL.

@@ -28,7 +28,7 @@ struct Options {
   int quality = 95;     // of jpg
   uint32_t threads = 1; // groups at a time; the files are the same for any number
   bool force = false;
-  bool background = true;    // the environment as background.glb
+  bool environment = true;   // the environment as environment.glb
   bool sound = true;         // in files of its codec
   bool mp4 = false;          // video tracks as films too, not decoded
   media::MemoryLimit memory; // of all pictures that are decoded at once: fewer groups at a time keep it
@@ -42,7 +42,7 @@ struct Result {
   std::map<uint16_t, uint64_t> pictures; // by camera
   uint64_t atlases = 0;                  // pictures of the atlas
   bool capture = false;                  // capture.json was written
-  bool background = false;               // background.glb was written
+  bool environment = false;              // environment.glb was written
   uint64_t sounds = 0;                   // files of sound
   uint64_t films = 0;                    // files of video tracks
   // "IN: frame 4 is lost: 0x1a2b: MESH: ... [FVV-1103]", in order of frames; not empty: exit code 3.

@@ -26,7 +26,7 @@ std::string summary(const std::string &file, const demux::Result &result) {
       {"pictures", pictures},
       {"atlas", result.atlases},
       {"capture", result.capture},
-      {"background", result.background},
+      {"environment", result.environment},
       {"audio", result.sounds},
       {"films", result.films},
       {"losses", result.losses},
@@ -81,8 +81,8 @@ int main(int argc, char **argv) {
       ->transform(CLI::CheckedTransformer(pictures).description(""))
       ->type_name("png|jpg|exr|none");
   app.add_option("--quality", options.quality, "of jpg, 1 to 100; default 95")->check(CLI::Range(1, 100));
-  auto *no_environment = app.add_flag("!--no-environment", options.background,
-                                      "do not write the static environment, background.glb");
+  auto *no_environment = app.add_flag("!--no-environment", options.environment,
+                                      "do not write the static environment, environment.glb");
   auto *no_background = app.add_flag("--no-background");
   cli::make_former(*no_background);
   auto *no_sound =
@@ -119,7 +119,7 @@ int main(int argc, char **argv) {
   return cli::run("fvvdemux", [&] {
     if (frames) options.frames = demux::Selection::parse("frames", *frames);
     if (cameras) options.cameras = demux::Selection::parse("cameras", *cameras);
-    if (cli::is_given_formerly(*no_background, *no_environment)) options.background = false;
+    if (cli::is_given_formerly(*no_background, *no_environment)) options.environment = false;
     if (cli::is_given_formerly(*no_audio, *no_sound)) options.sound = false;
     demux::Result result;
     try {

@@ -221,13 +221,13 @@ std::string environment_glb(const Scene &scene, uint32_t threads) {
     light.intensity = lux * lamp.share;
     out.lights.push_back(light);
   }
-  return scene::format_environment(out, {{0, 0, 0}, 0.001}, "background.glb");
+  return scene::format_environment(out, {{0, 0, 0}, 0.001}, "environment.glb");
 }
 
 constexpr uint32_t samples = 3;
 constexpr const char *atlas_file = "atlas.png"; // one for all frames
-constexpr const char *environment_file = "background.glb", *clap_file = "claps.wav", *shoe_file = "shoes.wav",
-                     *ball_file = "ball.wav";
+constexpr const char *environment_file = "environment.glb", *clap_file = "claps.wav",
+                     *shoe_file = "shoes.wav", *ball_file = "ball.wav";
 constexpr double remesh_cell = 0.0203; // metres: about as many triangles as the tracked mesh
 using Json = nlohmann::ordered_json;
 
@@ -373,7 +373,7 @@ Json description(const Scene &scene, const Recording &recording) {
               {"conventions", {{"pixel_centre", 0.5}}},
               {"meshes", {{"pattern", "meshes/%04d.ply"}}}};
   if (recording.atlas) out["atlas"] = {{"pictures", atlas_file}};
-  if (recording.environment) out["background"] = {{"file", environment_file}};
+  if (recording.environment) out["environment"] = {{"file", environment_file}};
   if (recording.sound) {
     Json places = Json::array();
     for (size_t frame = 0; frame < recording.frames; frame++) {

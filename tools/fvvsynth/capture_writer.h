@@ -73,7 +73,7 @@ struct Recording {
   bool depth = false;      // of every picture, beside it
   bool visibility = false; // of every written mesh: what each camera sees of it
   Pictures pictures = Pictures::png;
-  bool environment = false; // floor and walls as background.glb
+  bool environment = false; // floor and walls as environment.glb
   bool sound =
       false; // claps, which need Realism::claps to be seen, or the game's shoes, and the ball, in WAV
   uint32_t threads = 1; // the bytes written do not depend on it

@@ -99,7 +99,7 @@ void Command::add_files(CLI::App &app) {
   app.add_flag("--visibility", recording.visibility,
                "Also write which faces and vertices of the meshes each camera sees, by ray casting");
   app.add_flag("--environment", recording.environment,
-               "Also write floor, walls and lamps as background.glb, for players to draw around the action");
+               "Also write floor, walls and lamps as environment.glb, for players to draw around the action");
   app.add_flag(
       "--sound", recording.sound,
       "Also write sound: a clap in every second, at which the pictures of one frame flash, and the ball; of "

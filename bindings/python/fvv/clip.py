@@ -176,7 +176,7 @@ class ClipFrame(Frame):
     def environment(self) -> Environment | None:
         """The static environment around the action, of all environment tracks of the rung; None: the stream has none. Meshes are
         decoded at each use: keep it."""
-        found = self._stream.background(self.index)
+        found = self._stream.environment(self.index)
         return None if found is None else Environment._of(found)
 
     def __repr__(self) -> str:

@@ -21,7 +21,7 @@ INLINE_LIMIT = 64 << 20
 #: Written by js/player/bundle.mjs.
 SCRIPT = os.path.join(os.path.dirname(__file__), "player.js.gz")
 BLOCK = 1 << 20
-LOOK = "html, body { margin: 0; background: #fff; } fvv-player { width: 100%; }"
+LOOK = "html, body { margin: 0; environment: #fff; } fvv-player { width: 100%; }"
 
 SERVED = """<!doctype html>
 <meta charset="utf-8" />

@@ -29,7 +29,7 @@ COLOURS = {
     "video": "#d98200",
     "calibration": "#c44e00",
     "visibility": "#00795c",
-    "background": "#777777",
+    "environment": "#777777",
     "metadata": "#222222",
     "audio": "#b0588c",
     "colours": "#4aa3d8",

@@ -120,7 +120,7 @@ geometry::Mesh mesh_of(const Mesh &one) {
   geometry::Mesh out;
   out.positions.resize(3 * size_t(mesh.vertex_count));
   for (size_t i = 0; i < out.positions.size(); i++)
-    out.positions[i] = one.origin[i % 3] + one.step * mesh.positions[i];
+    out.positions[i] = one.origin[i % 3] + one.step * mesh.lattice[i];
   out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
   if (mesh.normals) {
     std::vector<float> normals(out.positions.size());

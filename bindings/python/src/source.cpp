@@ -117,7 +117,7 @@ Limits::Limits(const py::dict &given) {
                   {"max_cameras", &core.max_cameras},           {"max_tracks", &core.max_tracks},
                   {"max_dimension", &core.max_dimension},       {"max_groups", &core.max_groups},
                   {"max_group_chunks", &core.max_group_chunks}, {"max_text", &core.max_text},
-                  {"max_environment", &core.max_background}};
+                  {"max_environment", &core.max_environment}};
     bool found = true;
     if (name == "max_payload") {
       core.max_payload = number;

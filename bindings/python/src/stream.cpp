@@ -1,6 +1,6 @@
 #include "stream.h"
 
-#include "background.h"
+#include "environment.h"
 #include "fvv_cxx/rung.h"
 #include "fvv_demux/selection.h"
 
@@ -467,16 +467,16 @@ std::shared_ptr<Picture> Stream::picture(size_t i, uint16_t camera) {
   });
 }
 
-py::object Stream::background(size_t i) {
-  Background found;
+py::object Stream::environment(size_t i) {
+  Environment found;
   const bool any = run([&] {
     const size_t group = locate(i).group;
     const fvv_configuration &configuration = configuration_of(group);
     bool some = false;
     for (size_t k = 0; k < configuration.track_count; k++) {
       const fvv_track &track = configuration.tracks[k];
-      if (track.kind == FVV_TRACK_BACKGROUND && in_rung(configuration, track.id, rung))
-        some |= add_background(stream.get(), group, track.id, limits, source.name(), found);
+      if (track.kind == FVV_TRACK_ENVIRONMENT && in_rung(configuration, track.id, rung))
+        some |= add_environment(stream.get(), group, track.id, limits, source.name(), found);
     }
     return some;
   });
@@ -678,7 +678,7 @@ void register_stream(py::module_ &module) {
       .def("visibility", &Stream::visibility, py::arg("frame"), py::arg("mesh_track"), py::arg("camera"))
       .def("picture_cameras", &Stream::picture_cameras, py::arg("frame"))
       .def("picture", &Stream::picture, py::arg("frame"), py::arg("camera"))
-      .def("background", &Stream::background, py::arg("frame"))
+      .def("environment", &Stream::environment, py::arg("frame"))
       .def("sounds", &Stream::sounds)
       .def("problems", &Stream::problems)
       .def("chunks", &Stream::chunks, py::arg("group") = py::none())

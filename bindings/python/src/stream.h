@@ -53,7 +53,7 @@ public:
   py::object visibility(size_t i, uint16_t mesh_track, uint16_t camera);
   std::vector<uint16_t> picture_cameras(size_t i);
   std::shared_ptr<Picture> picture(size_t i, uint16_t camera);
-  py::object background(size_t i); // None: there is none in the frame's group
+  py::object environment(size_t i); // None: there is none in the frame's group
   std::vector<std::shared_ptr<Sound>> sounds();
   py::list problems();
   // Of a group, or of all whose tables can be read: a structured array, see ChunkRow.

@@ -50,7 +50,7 @@ py::array positions_of(const py::object &self) {
   auto &one = self.cast<Mesh &>();
   const size_t count = one.mesh.vertex_count;
   fill_once(one.positions, 3 * count,
-            [&](float *out) { fvv_lattice_to_floats(one.origin, one.step, one.mesh.positions, count, out); });
+            [&](float *out) { fvv_lattice_to_floats(one.origin, one.step, one.mesh.lattice, count, out); });
   return view(one.positions.data(), {py::ssize_t(count), 3}, self);
 }
 
@@ -84,7 +84,7 @@ void register_mesh(py::module_ &module) {
       .def_property_readonly("lattice",
                              [](const py::object &self) {
                                const auto &m = self.cast<const Mesh &>().mesh;
-                               return view(m.positions, {py::ssize_t(m.vertex_count), 3}, self);
+                               return view(m.lattice, {py::ssize_t(m.vertex_count), 3}, self);
                              })
       .def_property_readonly("origin", [](const Mesh &m) { return copied(m.origin, {3}); })
       .def_readonly("step", &Mesh::step)

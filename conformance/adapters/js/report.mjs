@@ -48,7 +48,7 @@ function* arraysOf(frame) {
   yield ["texturing", Float64Array.from(numbers)];
 }
 
-function* backgroundArrays({ parts, pictures, lights }) {
+function* environmentArrays({ parts, pictures, lights }) {
   for (const [i, part] of parts.entries()) {
     yield [`part/${i}/positions`, part.positions];
     yield [`part/${i}/faces`, part.faces];
@@ -126,7 +126,7 @@ export async function report(createDecoder, sha256, bytes, live, options = {}) {
   const sounds = new Map();
   const problems = new Problems();
   let decoder = null;
-  let backgrounds = [];
+  let environments = [];
   try {
     const source = live ? pieces(bytes) : bytes;
     decoder = await createDecoder({ source, video: "encoded", sound: "encoded", rung: 0, ...options });
@@ -147,15 +147,15 @@ export async function report(createDecoder, sha256, bytes, live, options = {}) {
   if (decoder) {
     // Sound that was read is dispatched after the last frame.
     await new Promise((resolve) => setTimeout(resolve, 0));
-    backgrounds = decoder.environments;
+    environments = decoder.environments;
     decoder.close();
   }
   const out = { issues: problems.issues(), frames, sounds: {}, environment: {} };
   out.status = problems.refused ? "refused" : problems.list.length ? "damaged" : "whole";
   if (!live) out.summary = { ended: problems.ended && out.status === "whole" };
   for (const [track, sound] of sounds) out.sounds[track] = await sound.report(sha256);
-  for (const background of backgrounds)
-    out.environment[background.track] = await hashesOf(backgroundArrays(background), sha256);
+  for (const environment of environments)
+    out.environment[environment.track] = await hashesOf(environmentArrays(environment), sha256);
   return out;
 }
 

@@ -74,11 +74,11 @@ struct Frame {
     if (!found(fvv_stream_mesh(stream, frame, track, &mesh, nullptr))) return;
     const std::string name = "mesh/" + std::to_string(track) + "/";
     const size_t vertices = mesh.vertex_count;
-    arrays[name + "lattice"] = hash(mesh.positions, 3 * vertices);
+    arrays[name + "lattice"] = hash(mesh.lattice, 3 * vertices);
     arrays[name + "faces"] = hash(mesh.faces, 3 * size_t(mesh.face_count));
     std::vector<float> floats(3 * vertices);
     const fvv_scene &scene = configuration->scene;
-    fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, vertices, floats.data());
+    fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.lattice, vertices, floats.data());
     arrays[name + "positions"] = hash(floats);
     if (mesh.normals) {
       fvv_normals_to_floats(mesh.normal_bits, mesh.normals, vertices, floats.data());
@@ -247,16 +247,16 @@ json sounds(fvv_stream *stream, std::set<uint64_t> offsets) {
 
 namespace {
 
-json background_arrays(const fvv_background &background) {
+json environment_arrays(const fvv_environment &environment) {
   json out = json::object();
-  for (size_t i = 0; i < background.part_count; i++) {
+  for (size_t i = 0; i < environment.part_count; i++) {
     Mesh mesh;
-    found(fvv_background_mesh(&background, i, nullptr, nullptr, &mesh, nullptr));
-    const fvv_background_part &part = background.parts[i];
+    found(fvv_environment_mesh(&environment, i, nullptr, nullptr, &mesh, nullptr));
+    const fvv_environment_part &part = environment.parts[i];
     const std::string name = "part/" + std::to_string(i) + "/";
     const size_t vertices = mesh.vertex_count;
     std::vector<float> floats(3 * vertices);
-    fvv_lattice_to_floats(background.lattice_origin, background.lattice_step, mesh.positions, vertices,
+    fvv_lattice_to_floats(environment.lattice_origin, environment.lattice_step, mesh.lattice, vertices,
                           floats.data());
     out[name + "positions"] = hash(floats);
     out[name + "faces"] = hash(mesh.faces, 3 * size_t(mesh.face_count));
@@ -267,10 +267,10 @@ json background_arrays(const fvv_background &background) {
       floats[k] = float(part.texture_origin[k % 2] + part.texture_size[k % 2] * double(floats[k]));
     out[name + "uvs"] = hash(floats);
   }
-  for (size_t i = 0; i < background.picture_count; i++)
-    out["picture/" + std::to_string(i)] = sha256(background.pictures[i].data, background.pictures[i].size);
-  for (size_t i = 0; i < background.light_count; i++) {
-    const fvv_light &l = background.lights[i];
+  for (size_t i = 0; i < environment.picture_count; i++)
+    out["picture/" + std::to_string(i)] = sha256(environment.pictures[i].data, environment.pictures[i].size);
+  for (size_t i = 0; i < environment.light_count; i++) {
+    const fvv_light &l = environment.lights[i];
     std::vector<double> numbers;
     for (const auto *triple : {&l.position, &l.direction, &l.colour})
       numbers.insert(numbers.end(), std::begin(*triple), std::end(*triple));
@@ -282,7 +282,7 @@ json background_arrays(const fvv_background &background) {
 
 } // namespace
 
-json backgrounds(fvv_stream *stream) {
+json environments(fvv_stream *stream) {
   json out = json::object();
   // Readers look in a few places only. Clause 18.5: all groups of one configuration have the same
   // environment.
@@ -294,14 +294,14 @@ json backgrounds(fvv_stream *stream) {
     if (last_configuration && place != last_configuration) break;
     last_configuration = place;
     for (size_t i = 0; i < configuration->track_count; i++) {
-      if (configuration->tracks[i].kind != FVV_TRACK_BACKGROUND || configuration->tracks[i].rank) continue;
+      if (configuration->tracks[i].kind != FVV_TRACK_ENVIRONMENT || configuration->tracks[i].rank) continue;
       const uint16_t track = configuration->tracks[i].id;
-      const fvv_background *background;
+      const fvv_environment *environment;
       if (out.contains(std::to_string(track)) ||
-          fvv_stream_background(stream, group, track, &background, nullptr) != FVV_OK)
+          fvv_stream_environment(stream, group, track, &environment, nullptr) != FVV_OK)
         continue;
       try {
-        out[std::to_string(track)] = background_arrays(*background);
+        out[std::to_string(track)] = environment_arrays(*environment);
       } catch (fvv_status) {
         // Nothing of it is called intact.
       }

@@ -18,6 +18,6 @@ nlohmann::json frame_arrays(fvv_stream *stream, size_t frame);
 // By track: the packets of the chunks at some offsets. An object.
 nlohmann::json sounds(fvv_stream *stream, std::set<uint64_t> offsets);
 // By track: the environments of the last configuration. An object.
-nlohmann::json backgrounds(fvv_stream *stream);
+nlohmann::json environments(fvv_stream *stream);
 
 } // namespace fvv::conformance

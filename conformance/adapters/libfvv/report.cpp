@@ -115,8 +115,8 @@ std::string four_characters(uint32_t code) {
 }
 
 const char *kind_name(uint8_t kind) {
-  static const char *const names[] = {"",           "mesh",     "video", "calibration", "visibility",
-                                      "background", "metadata", "audio", "colours"};
+  static const char *const names[] = {
+      "", "mesh", "video", "calibration", "visibility", "environment", "metadata", "audio", "colours"};
   return kind && kind < std::size(names) ? names[kind] : "unknown";
 }
 
@@ -181,7 +181,7 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
     if (!arrays.is_null()) out["frames"].push_back(arrays);
   }
   out["sounds"] = sounds(opened, seen.sound);
-  out["environment"] = backgrounds(opened);
+  out["environment"] = environments(opened);
   return out;
 }
 

@@ -9,7 +9,7 @@ from ..recipes import block, frame, opened
 from .mesh_whole import draco_payload
 
 TRACK = 5
-TRACKS = [(1, payloads.track(payloads.MESH, "mesh")), (TRACK, payloads.track(payloads.BACKGROUND, "stage"))]
+TRACKS = [(1, payloads.track(payloads.MESH, "mesh")), (TRACK, payloads.track(payloads.ENVIRONMENT, "stage"))]
 PLAIN = meshes.raw(meshes.TETRAHEDRON)
 TEXTURED = meshes.raw(meshes.textured(meshes.grid(5, 4), 10))
 LIGHTS = [payloads.light(kind) for kind in range(3)]
@@ -161,7 +161,7 @@ def changes(first, second):
 
 
 def two_tracks():
-    s = opened(*TRACKS, (6, payloads.track(payloads.BACKGROUND, "crowd")))
+    s = opened(*TRACKS, (6, payloads.track(payloads.ENVIRONMENT, "crowd")))
     s.begin(0, 1)
     frame(s, 0)
     s.chunk("BACK", payloads.environment([payloads.part(PLAIN)]), TRACK, 0, True)

@@ -23,7 +23,7 @@ KIND_OF = {
     b"TILE": kinds.VIDEO,
     b"VISI": kinds.VISIBILITY,
     b"COLR": kinds.COLOURS,
-    b"BACK": kinds.BACKGROUND,
+    b"BACK": kinds.ENVIRONMENT,
     b"AUDI": kinds.AUDIO,
 }
 

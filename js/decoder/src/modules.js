@@ -37,7 +37,7 @@ function compileOnce(name, load) {
 
 export const compileCore = () => compileOnce("core", () => import("./core.wasm.js"));
 export const compileProjection = () => compileOnce("projection", () => import("./projection.wasm.js"));
-export const compileEnvironment = () => compileOnce("environment", () => import("./background.wasm.js"));
+export const compileEnvironment = () => compileOnce("environment", () => import("./environment.wasm.js"));
 
 /** (func (drop (v128.const 0))): engines without SIMD reject it. */
 const simdProbe = Uint8Array.of(

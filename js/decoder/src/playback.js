@@ -540,7 +540,7 @@ export class Playback {
       this.#reportDamage(state, error);
     }
   }
-  #take(state, { backgrounds: environments, sounds, ...frame }) {
+  #take(state, { environments: environments, sounds, ...frame }) {
     state.environments.push(...environments);
     if (sounds.length) this.#emit("sounds", sounds);
     return frame;

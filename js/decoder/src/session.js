@@ -172,11 +172,11 @@ export class Session {
 
   /** Payload of the environment that is valid for a group of the index: {data}; null: none; false as in open. */
   findEnvironment(group, track) {
-    const status = this.#exports.fvvjs_find_background(this.#decoder, group, track);
+    const status = this.#exports.fvvjs_find_environment(this.#decoder, group, track);
     if (status === END) return null;
     if (status === IO) return false;
     this.#check(status);
-    return readSample(this.#memory, this.#exports.fvvjs_background(this.#decoder));
+    return readSample(this.#memory, this.#exports.fvvjs_environment(this.#decoder));
   }
 
   /** Whether codecs have to be loaded before decode. */

@@ -250,7 +250,7 @@ const layouts = {
       cameras: ["list", 24, "camera"],
       samples: ["list", 32, "sample"],
       layouts: ["list", 40, "layout"],
-      backgrounds: ["list", 48, "sample"],
+      environments: ["list", 48, "sample"],
       sounds: ["list", 56, "sound"],
     },
   },
@@ -291,7 +291,7 @@ const layouts = {
       outerCone: ["f64", 104],
     },
   },
-  background: {
+  environment: {
     size: 56,
     fields: {
       codecs: ["u32", 0],
@@ -531,7 +531,7 @@ export function readPart(memory, address, lattice, origin) {
 }
 
 export function readEnvironmentList(memory, address) {
-  const { latticeOrigin, latticeStep, ...list } = read("background", memory, address);
+  const { latticeOrigin, latticeStep, ...list } = read("environment", memory, address);
   return { ...list, lattice: latticeOf({ latticeOrigin, latticeStep }) };
 }
 

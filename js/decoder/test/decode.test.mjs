@@ -9,13 +9,13 @@ import { createDecoder } from "../dist/index.js";
 import { compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
 import {
-  backgroundHashes,
+  environmentHashes,
   conformanceFiles,
   frameHashes,
   makeClips,
-  nativeBackground,
+  nativeEnvironment,
   nativeFrames,
-  onlyBackground,
+  onlyEnvironment,
 } from "./native.mjs";
 
 const { clips, done } = makeClips();
@@ -171,14 +171,14 @@ test("aborting ends the iteration", async () => {
 });
 
 test("environments are reported, however their group is reached", async () => {
-  const expected = nativeBackground(clips.environment);
+  const expected = nativeEnvironment(clips.environment);
   assert.ok(Object.keys(expected).some((what) => what.startsWith("part-uvs")));
   assert.ok(Object.keys(expected).some((what) => what.startsWith("light")));
   const bytes = new Uint8Array(fs.readFileSync(clips.environment));
   for (const [source, start] of [[bytes], [pieces(bytes, 977)], [bytes, 4]]) {
-    const background = await onlyBackground(source, start);
-    assert.deepEqual(backgroundHashes(background), expected);
-    assert.ok(background.parts[0].colour.every((x) => x >= 0 && x <= 1));
+    const environment = await onlyEnvironment(source, start);
+    assert.deepEqual(environmentHashes(environment), expected);
+    assert.ok(environment.parts[0].colour.every((x) => x >= 0 && x <= 1));
   }
 });
 

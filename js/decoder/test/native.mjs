@@ -49,13 +49,13 @@ function decodeNatively(file) {
 }
 
 /** The environment of the last group. */
-export const nativeBackground = (file) => Object.fromEntries(nativeItems("frame_bytes", "--background", file));
+export const nativeEnvironment = (file) => Object.fromEntries(nativeItems("frame_bytes", "--environment", file));
 
 /** The track and the hash of the planes of every video picture, as the installed libavcodec decodes them. */
 export const nativePictures = (file) =>
   Array.from(nativeItems("picture_bytes", file), ([name, hash]) => ({ track: Number(name.split(" ")[1]), hash }));
 
-export function backgroundHashes({ parts, pictures, lights }) {
+export function environmentHashes({ parts, pictures, lights }) {
   const hashes = {};
   parts.forEach((part, i) => {
     for (const name of ["positions", "faces", "uvs"])
@@ -181,7 +181,7 @@ export function makeClips(...wanted) {
 }
 
 /** Plays to the end, from frame start on if given, and returns the environment, which has to be reported exactly once. */
-export async function onlyBackground(source, start) {
+export async function onlyEnvironment(source, start) {
   const decoder = await createDecoder({ source });
   let count = 0;
   decoder.addEventListener("environment", ({ detail }) => (count += detail.length));

@@ -9,12 +9,12 @@ import { after, test } from "node:test";
 import { onReports } from "../../testing/reports.mjs";
 import { createDecoder } from "../dist/index.js";
 import {
-  backgroundHashes,
+  environmentHashes,
   frameHashes,
   makeClips,
-  nativeBackground,
+  nativeEnvironment,
   nativeFrames,
-  onlyBackground,
+  onlyEnvironment,
   tool,
 } from "./native.mjs";
 import { serve } from "./server.mjs";
@@ -39,8 +39,8 @@ function damage(clip, as, name) {
 }
 damage("moving", "flipped", "group-000000.fvv");
 damage("moving", "lost", "configuration.fvv");
-const [background] = readdirSync(join(folder, "environment")).filter((name) => name.startsWith("background"));
-damage("environment", "bare", background);
+const [environment] = readdirSync(join(folder, "environment")).filter((name) => name.startsWith("environment"));
+damage("environment", "bare", environment);
 // Another group, valid in itself.
 files["swapped/manifest.json"] = files["moving/manifest.json"];
 files["swapped/configuration.fvv"] = files["moving/configuration.fvv"];
@@ -140,11 +140,11 @@ test("a file that does not match the manifest: damage, a gap, and nothing of it 
 });
 
 test("environments are also reported after a seek", async () => {
-  const expected = nativeBackground(clips.environment);
+  const expected = nativeEnvironment(clips.environment);
   assert.ok(Object.keys(expected).length > 3);
   for (const start of [0, 4]) {
-    const background = await onlyBackground(`${server.url}/whole/environment/manifest.json`, start);
-    assert.deepEqual(backgroundHashes(background), expected);
+    const environment = await onlyEnvironment(`${server.url}/whole/environment/manifest.json`, start);
+    assert.deepEqual(environmentHashes(environment), expected);
   }
   const decoder = await createDecoder({ source: `${server.url}/whole/bare/manifest.json` });
   const codes = [];

@@ -8,7 +8,7 @@ import { onReports } from "../../testing/reports.mjs";
 import { camerasFor, createDecoder, FvvError } from "../dist/index.js";
 import { ByteRanges } from "../dist/sources/byte_ranges.js";
 import { damaged, joinStreams } from "./edit_streams.mjs";
-import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames, tool } from "./native.mjs";
+import { environmentHashes, frameHashes, makeClips, nativeEnvironment, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 
 const { clips, done } = makeClips("tracks", "neighbours");
@@ -72,7 +72,7 @@ for (const tracks of [[all[0]], [all[1], all[3]], []])
       reports.map(({ type }) => type),
       ["configuration", "environment"],
     );
-    assert.deepEqual(backgroundHashes(decoder.environments[0]), nativeBackground(clips.tracks));
+    assert.deepEqual(environmentHashes(decoder.environments[0]), nativeEnvironment(clips.tracks));
     const [requests, bytes] = asked(before);
     const stats = await decoder.stats();
     assert.equal(stats.requests, requests);
@@ -286,8 +286,8 @@ test("a change of configuration: tracks are selected again", async () => {
     const shown = videos.filter(({ track }) => frames.at(-1).tracks.includes(track));
     assert.ok(shown.length > 0 && shown.length < videos.length, `frame ${start}: ${shown.length} tracks`);
     // The environment belongs to the first configuration.
-    const backgrounds = reports.filter(({ type }) => type === "environment").map(({ detail }) => detail.length);
-    assert.deepEqual(backgrounds, start < 2 ? [1, 0] : []);
+    const environments = reports.filter(({ type }) => type === "environment").map(({ detail }) => detail.length);
+    assert.deepEqual(environments, start < 2 ? [1, 0] : []);
     assert.ok(host.requests.length > before);
     decoder.close();
   }

@@ -37,7 +37,7 @@ features=(--enable-exception-handling --enable-mutable-globals --enable-bulk-mem
 # Without files of earlier versions.
 rm -rf "$here/../dist"
 mkdir -p "$here/../dist"
-for module in core projection background draco fast fast_simd openexr; do
+for module in core projection environment draco fast fast_simd openexr; do
   finish "fvv_$module"
   node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done

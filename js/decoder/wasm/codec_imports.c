@@ -14,16 +14,16 @@ IMPORT("draco_check")
 fvvjs_import_draco_check(const uint8_t *data, uint32_t size, uint32_t vertices, uint32_t faces, int texture,
                          int normals, fvv_diagnostic *diagnostic);
 
-/* As fvv_draco_decode, of the data that were checked last. positions: vertices x 3; faces: faces x 3;
+/* As fvv_draco_decode, of the data that were checked last. lattice: vertices x 3; faces: faces x 3;
  * texture, normals: vertices x 2 or NULL. */
 IMPORT("draco_decode")
-fvvjs_import_draco_decode(uint32_t vertices, uint32_t faces, int32_t *positions, uint32_t *indices,
+fvvjs_import_draco_decode(uint32_t vertices, uint32_t faces, int32_t *lattice, uint32_t *indices,
                           uint32_t *texture, uint32_t *normals, fvv_diagnostic *diagnostic);
 
 /* As fvv_fast_decode. */
 IMPORT("fast_decode")
 fvvjs_import_fast_decode(const uint8_t *data, uint32_t size, uint32_t vertices, uint32_t faces,
-                         int32_t *positions, uint32_t *indices, uint32_t *texture, uint32_t *normals,
+                         int32_t *lattice, uint32_t *indices, uint32_t *texture, uint32_t *normals,
                          fvv_diagnostic *diagnostic);
 
 /* As fvv_oexr_inspect. */
@@ -50,7 +50,7 @@ fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts de
 fvv_status fvv_draco_decode(const uint8_t *data, size_t size, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
   (void)data, (void)size;
   fvv_diagnostic why = {0};
-  return pass_on(fvvjs_import_draco_decode(mesh->vertex_count, mesh->face_count, mesh->positions, mesh->faces,
+  return pass_on(fvvjs_import_draco_decode(mesh->vertex_count, mesh->face_count, mesh->lattice, mesh->faces,
                                            mesh->texture, mesh->normals, &why),
                  &why, diagnostic);
 }
@@ -59,7 +59,7 @@ fvv_status fvv_fast_decode(const uint8_t *data, const fvv_mesh_header *header, f
                            fvv_diagnostic *diagnostic) {
   fvv_diagnostic why = {0};
   return pass_on(fvvjs_import_fast_decode(data, (uint32_t)header->data_size, header->vertex_count,
-                                          header->face_count, mesh->positions, mesh->faces, mesh->texture,
+                                          header->face_count, mesh->lattice, mesh->faces, mesh->texture,
                                           mesh->normals, &why),
                  &why, diagnostic);
 }

@@ -57,9 +57,9 @@ static fvv_status prepare(uint32_t vertices, uint32_t faces, int has_texture, in
   return fvv_fail(&diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory to decode a mesh");
 }
 
-/* 0: positions, 1: faces, 2: texture, 3: normals. */
+/* 0: lattice, 1: faces, 2: texture, 3: normals. */
 FVVJS_EXPORT const void *fvvcodec_array(int which) {
-  const void *const arrays[] = {mesh.positions, mesh.faces, mesh.texture, mesh.normals};
+  const void *const arrays[] = {mesh.lattice, mesh.faces, mesh.texture, mesh.normals};
   return which >= 0 && which < 4 ? arrays[which] : NULL;
 }
 

@@ -54,7 +54,7 @@ enum {
   FVVJS_MOVING,
   FVVJS_SAMPLES,
   FVVJS_LAYOUTS,
-  FVVJS_BACKGROUNDS,
+  FVVJS_ENVIRONMENTS,
   FVVJS_SOUNDS,
   FVVJS_LISTS
 };
@@ -75,7 +75,7 @@ typedef struct fvvjs_decoder {
   fvv_bytes lists[FVVJS_LISTS]; /* of structs that frame points to */
   fvvjs_pick pick;
   double range[3];
-  wasm_sample background; /* of a group of the index */
+  wasm_sample environment; /* of a group of the index */
 } fvvjs_decoder;
 
 /* decoder.c: bytes, or events, from a group of the index on. */

@@ -79,7 +79,7 @@ static fvv_status fill_floats(fvvjs_decoder *d, fvvjs_track *track, const fvv_me
   if (want & FVVJS_WANT_FLOATS) {
     float *positions = floats(&track->positions, mesh->vertex_count, 3);
     if (!positions) return no_memory(d);
-    fvv_lattice_to_floats(scene->lattice_origin, scene->lattice_step, mesh->positions, mesh->vertex_count,
+    fvv_lattice_to_floats(scene->lattice_origin, scene->lattice_step, mesh->lattice, mesh->vertex_count,
                           positions);
     record->positions = positions;
     if (mesh->texture) {
@@ -119,7 +119,7 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, co
                       (uint32_t)key,
                       mesh->vertex_count,
                       mesh->face_count,
-                      mesh->positions,
+                      mesh->lattice,
                       mesh->faces,
                       NULL,
                       NULL,
@@ -251,9 +251,9 @@ static fvv_status put_layouts(fvvjs_decoder *d) {
   return FVV_OK;
 }
 
-static fvv_status take_background(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
+static fvv_status take_environment(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   const wasm_sample record = {chunk->header.track, 1, payload, (uint32_t)chunk->header.size};
-  return fvv_bytes_append(&d->lists[FVVJS_BACKGROUNDS], &record, sizeof record);
+  return fvv_bytes_append(&d->lists[FVVJS_ENVIRONMENTS], &record, sizeof record);
 }
 
 /* The packets stay where they are; JavaScript takes them apart. */
@@ -305,8 +305,8 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, c
     return decode_calibration(d, chunk, payload);
   case FVV_CHUNK_TILES:
     return decode_layout(d, chunk, payload);
-  case FVV_CHUNK_BACKGROUND:
-    return take_background(d, chunk, payload);
+  case FVV_CHUNK_ENVIRONMENT:
+    return take_environment(d, chunk, payload);
   case FVV_CHUNK_AUDIO:
     return take_sound(d, chunk, payload);
   case FVV_CHUNK_VIDEO_PACKET:
@@ -366,7 +366,7 @@ FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   d->frame.cameras = list_of(d, FVVJS_MOVING, sizeof(fvv_camera));
   d->frame.samples = list_of(d, FVVJS_SAMPLES, sizeof(wasm_sample));
   d->frame.layouts = list_of(d, FVVJS_LAYOUTS, sizeof(wasm_layout));
-  d->frame.backgrounds = list_of(d, FVVJS_BACKGROUNDS, sizeof(wasm_sample));
+  d->frame.environments = list_of(d, FVVJS_ENVIRONMENTS, sizeof(wasm_sample));
   d->frame.sounds = list_of(d, FVVJS_SOUNDS, sizeof(wasm_sound));
   return FVV_OK;
 }

@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "base/diagnostic.h"
+#include "container/chunk_order.h"
 #include "container/file.h"
-#include "container/sequence.h"
 #include "decoder.h"
 #include "stream/stream.h"
 
@@ -84,20 +84,20 @@ FVVJS_EXPORT int32_t fvvjs_find_configuration(fvvjs_decoder *d, uint32_t group, 
 
 /* Reads the environment of a track that belongs to a group (clause 18.5). FVV_ERROR_IO as above, and
  * JavaScript has to find out whether FVV_END was returned for lack of bytes. */
-FVVJS_EXPORT int32_t fvvjs_find_background(fvvjs_decoder *d, uint32_t group, uint32_t track) {
+FVVJS_EXPORT int32_t fvvjs_find_environment(fvvjs_decoder *d, uint32_t group, uint32_t track) {
   const fvv_chunk_info *chunk;
   const uint8_t *payload;
   forget(d);
   if (!d->index) return FVV_END;
-  fvv_status status = fvv_stream_find_background(d->index, group, (uint16_t)track, &chunk, &d->diagnostic);
+  fvv_status status = fvv_stream_find_environment(d->index, group, (uint16_t)track, &chunk, &d->diagnostic);
   if (status == FVV_OK) status = fvv_file_read_chunk(d->index->file, chunk, &payload, &d->diagnostic);
   if (status != FVV_OK) return status;
   const wasm_sample record = {track, 1, payload, (uint32_t)chunk->size};
-  d->background = record;
+  d->environment = record;
   return FVV_OK;
 }
-FVVJS_EXPORT const wasm_sample *fvvjs_background(const fvvjs_decoder *d) {
-  return &d->background;
+FVVJS_EXPORT const wasm_sample *fvvjs_environment(const fvvjs_decoder *d) {
+  return &d->environment;
 }
 
 /* A group out of the index, chunk by chunk, with some of its tracks left out: their bytes need not be
@@ -105,33 +105,33 @@ FVVJS_EXPORT const wasm_sample *fvvjs_background(const fvvjs_decoder *d) {
  * pushed. Every rule about the order of chunks is checked on the group's table before the first of them is
  * read. */
 
-static fvv_status begin_sequence(fvvjs_decoder *d, fvv_sequence *sequence, const fvv_chunk_info *group) {
+static fvv_status begin_sequence(fvvjs_decoder *d, fvv_chunk_order *sequence, const fvv_chunk_info *group) {
   const uint8_t *payload;
   const fvv_configuration *c = d->configuration;
   fvv_status status = fvv_file_read_chunk(d->index->file, group, &payload, &d->diagnostic);
   sequence->configuration = FVV_CONFIGURATION_GOOD;
   for (size_t i = 0; i < c->track_count && status == FVV_OK; i++) {
-    const fvv_sequence_track track = {c->tracks[i].id, c->tracks[i].kind, 0, 0, 0};
+    const fvv_chunk_order_track track = {c->tracks[i].id, c->tracks[i].kind, 0, 0, 0};
     status = fvv_bytes_append(&sequence->tracks, &track, sizeof track);
   }
   if (status != FVV_OK) return status;
   const fvv_chunk_header header = {group->type, group->flags, 0, 0, group->time, group->size, 0, 0};
-  return fvv_sequence_apply(sequence, &header, payload, group->offset);
+  return fvv_chunk_order_apply(sequence, &header, payload, group->offset);
 }
 
 /* The counters alone are not in the table. */
 static fvv_status check_table(fvvjs_decoder *d, const fvvjs_pick *pick) {
-  fvv_sequence sequence;
-  fvv_sequence_init(&sequence, &d->limits, &d->allocator);
+  fvv_chunk_order sequence;
+  fvv_chunk_order_init(&sequence, &d->limits, &d->allocator);
   fvv_status status = begin_sequence(d, &sequence, &pick->group);
   for (size_t i = 0; i < pick->count && status == FVV_OK; i++) {
     const fvv_chunk_info *info = &pick->chunks[i];
     const fvv_chunk_header header = {
         info->type, info->flags, sequence.next_counter, info->track, info->time, info->size, 0, 0};
-    status = fvv_sequence_check(&sequence, &header, NULL, info->offset, &d->diagnostic);
-    if (status == FVV_OK) status = fvv_sequence_apply(&sequence, &header, NULL, info->offset);
+    status = fvv_chunk_order_check(&sequence, &header, NULL, info->offset, &d->diagnostic);
+    if (status == FVV_OK) status = fvv_chunk_order_apply(&sequence, &header, NULL, info->offset);
   }
-  fvv_sequence_free(&sequence);
+  fvv_chunk_order_free(&sequence);
   return status;
 }
 

@@ -77,7 +77,7 @@ typedef struct wasm_sound {
   uint32_t data_size;
 } wasm_sound;
 
-/* cameras: those that move and are calibrated; backgrounds: payloads of BACK, for the module of
+/* cameras: those that move and are calibrated; environments: payloads of BACK, for the module of
  * environments. */
 typedef struct wasm_frame {
   int64_t time;
@@ -92,7 +92,7 @@ typedef struct wasm_frame {
   /* wasm_layout */
   wasm_list layouts;
   /* wasm_sample */
-  wasm_list backgrounds;
+  wasm_list environments;
   /* wasm_sound */
   wasm_list sounds;
 } wasm_frame;
@@ -116,16 +116,16 @@ typedef struct wasm_part {
 } wasm_part;
 
 /* codecs: FVVJS_CODEC_...; lattice: of the parts. */
-typedef struct wasm_background {
+typedef struct wasm_environment {
   uint32_t codecs;
   uint32_t part_count;
-  /* fvv_background_picture */
+  /* fvv_environment_picture */
   wasm_list pictures;
   /* fvv_light */
   wasm_list lights;
   double lattice_origin[3];
   double lattice_step;
-} wasm_background;
+} wasm_environment;
 
 #ifdef __wasm__
 _Static_assert(offsetof(fvv_scene, time_base.numerator) == 0, "");
@@ -240,10 +240,10 @@ _Static_assert(sizeof(wasm_layout) == 12 && offsetof(wasm_layout, tiles) == 4, "
 _Static_assert(sizeof(wasm_sound) == 64 && offsetof(wasm_sound, data) == 52, "");
 _Static_assert(sizeof(wasm_frame) == 64 && offsetof(wasm_frame, sounds) == 56, "");
 _Static_assert(sizeof(wasm_part) == 44 && offsetof(wasm_part, colour) == 32, "");
-_Static_assert(offsetof(fvv_background_picture, codec) == 0, "");
-_Static_assert(offsetof(fvv_background_picture, width) == 4, "");
-_Static_assert(offsetof(fvv_background_picture, height) == 8, "");
-_Static_assert(offsetof(fvv_background_picture, data) == 12, "");
+_Static_assert(offsetof(fvv_environment_picture, codec) == 0, "");
+_Static_assert(offsetof(fvv_environment_picture, width) == 4, "");
+_Static_assert(offsetof(fvv_environment_picture, height) == 8, "");
+_Static_assert(offsetof(fvv_environment_picture, data) == 12, "");
 _Static_assert(offsetof(fvv_light, type) == 0, "");
 _Static_assert(offsetof(fvv_light, flags) == 1, "");
 _Static_assert(offsetof(fvv_light, position) == 8, "");
@@ -253,7 +253,7 @@ _Static_assert(offsetof(fvv_light, intensity) == 80, "");
 _Static_assert(offsetof(fvv_light, range) == 88, "");
 _Static_assert(offsetof(fvv_light, inner_cone) == 96, "");
 _Static_assert(offsetof(fvv_light, outer_cone) == 104, "");
-_Static_assert(sizeof(wasm_background) == 56 && offsetof(wasm_background, lattice_step) == 48, "");
+_Static_assert(sizeof(wasm_environment) == 56 && offsetof(wasm_environment, lattice_step) == 48, "");
 #endif
 
 #endif

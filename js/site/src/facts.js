@@ -97,7 +97,7 @@ const kinds = {
   mesh: ["Meshes", ({ mesh }) => `the surface in each frame: ${meshWords(mesh)}`],
   visibility: ["Visibility", () => "what each camera sees of the surface"],
   calibration: ["Calibration", () => "poses of moving cameras in each frame"],
-  background: ["Environment", () => "floor, walls and lamps; transmitted once"],
+  environment: ["Environment", () => "floor, walls and lamps; transmitted once"],
   container: ["Container", () => "headers with checksums, tables, the index"],
 };
 

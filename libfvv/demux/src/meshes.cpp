@@ -17,7 +17,7 @@ geometry::Mesh in_metres(const fvv_mesh &mesh, const geometry::Lattice &lattice)
   geometry::Mesh out;
   out.positions.resize(size_t(mesh.vertex_count) * 3);
   for (size_t v = 0; v < mesh.vertex_count; v++)
-    fvv_lattice_to_metres(lattice.origin, lattice.step, mesh.positions + 3 * v, &out.positions[3 * v]);
+    fvv_lattice_to_metres(lattice.origin, lattice.step, mesh.lattice + 3 * v, &out.positions[3 * v]);
   const double step = mesh.texture ? std::ldexp(1.0, -int(mesh.texture_bits)) : 0;
   for (size_t i = 0; mesh.texture && i < size_t(mesh.vertex_count) * 2; i++)
     out.texture.push_back(mesh.texture[i] * step);
@@ -67,7 +67,7 @@ void append_frame(const fvv_mesh &mesh, double time, const std::string &name, sc
     run.texture_bits = mesh.texture_bits;
   }
   scene::MeshRun::Frame frame;
-  frame.positions.assign(mesh.positions, mesh.positions + count);
+  frame.positions.assign(mesh.lattice, mesh.lattice + count);
   if (mesh.normals) {
     frame.normals.resize(count);
     fvv_normals_to_floats(mesh.normal_bits, mesh.normals, mesh.vertex_count, frame.normals.data());
@@ -90,10 +90,10 @@ std::string format_glb(scene::MeshRun run, const geometry::Lattice &lattice, uin
 
 namespace {
 
-scene::EnvironmentPart part_of(const fvv_background &background, const fvv_background_part &source,
+scene::EnvironmentPart part_of(const fvv_environment &environment, const fvv_environment_part &source,
                                const fvv_mesh &mesh) {
   scene::EnvironmentPart out;
-  out.lattice = lattice_of(background.lattice_origin, background.lattice_step);
+  out.lattice = lattice_of(environment.lattice_origin, environment.lattice_step);
   if (source.picture != FVV_NO_PICTURE) out.picture = source.picture;
   for (int k = 0; k < 3; k++) out.colour[k] = source.colour[k] / 65535.0;
   out.unlit = source.flags & FVV_PART_UNLIT;
@@ -106,38 +106,39 @@ scene::EnvironmentPart part_of(const fvv_background &background, const fvv_backg
 }
 
 // Appends what belongs to a group on one track. Parts and pictures follow those of other tracks.
-fvv_status append(fvv_stream *stream, size_t group, uint16_t track, UnpackedBackground &out,
+fvv_status append(fvv_stream *stream, size_t group, uint16_t track, UnpackedEnvironment &out,
                   fvv_diagnostic &diagnostic) {
-  const fvv_background *background;
-  fvv_status status = fvv_stream_background(stream, group, track, &background, &diagnostic);
+  const fvv_environment *environment;
+  fvv_status status = fvv_stream_environment(stream, group, track, &environment, &diagnostic);
   if (status != FVV_OK) return status;
   std::vector<scene::EnvironmentPart> parts;
-  for (size_t i = 0; i < background->part_count; i++) {
+  for (size_t i = 0; i < environment->part_count; i++) {
     OwnedMesh holder;
-    status = fvv_background_mesh(background, i, nullptr, nullptr, &holder, &diagnostic);
+    status = fvv_environment_mesh(environment, i, nullptr, nullptr, &holder, &diagnostic);
     if (status != FVV_OK) return status;
-    parts.push_back(part_of(*background, background->parts[i], holder));
+    parts.push_back(part_of(*environment, environment->parts[i], holder));
     if (parts.back().picture) *parts.back().picture += out.environment.pictures.size();
   }
   scene::Environment &all = out.environment;
   std::move(parts.begin(), parts.end(), std::back_inserter(all.parts));
-  for (size_t i = 0; i < background->picture_count; i++)
-    all.pictures.emplace_back(reinterpret_cast<const char *>(background->pictures[i].data),
-                              background->pictures[i].size);
-  all.lights.insert(all.lights.end(), background->lights, background->lights + background->light_count);
-  if (!out.lattice || background->lattice_step < out.lattice->step)
-    out.lattice = lattice_of(background->lattice_origin, background->lattice_step);
+  for (size_t i = 0; i < environment->picture_count; i++)
+    all.pictures.emplace_back(reinterpret_cast<const char *>(environment->pictures[i].data),
+                              environment->pictures[i].size);
+  all.lights.insert(all.lights.end(), environment->lights, environment->lights + environment->light_count);
+  if (!out.lattice || environment->lattice_step < out.lattice->step)
+    out.lattice = lattice_of(environment->lattice_origin, environment->lattice_step);
   return FVV_OK;
 }
 
 } // namespace
 
-UnpackedBackground unpack_background(fvv_stream *stream, size_t group, const fvv_configuration &configuration,
-                                     std::vector<std::string> &lost) {
-  UnpackedBackground out;
+UnpackedEnvironment unpack_environment(fvv_stream *stream, size_t group,
+                                       const fvv_configuration &configuration,
+                                       std::vector<std::string> &lost) {
+  UnpackedEnvironment out;
   for (size_t i = 0; i < configuration.track_count; i++) {
     const fvv_track &track = configuration.tracks[i];
-    if (track.kind != FVV_TRACK_BACKGROUND || !in_rung(configuration, track.id, 0)) continue;
+    if (track.kind != FVV_TRACK_ENVIRONMENT || !in_rung(configuration, track.id, 0)) continue;
     fvv_diagnostic diagnostic = {};
     if (append(stream, group, track.id, out, diagnostic) < 0)
       lost.push_back("track " + std::to_string(track.id) + ": " + text_of(diagnostic));

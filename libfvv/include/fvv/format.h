@@ -19,7 +19,7 @@
 #define FVV_MESH_LEVELS_MAX 32
 /* in VCFG: the frame does not show a single camera (clause 10.1). */
 #define FVV_NO_CAMERA 65535
-/* in a part of a background: it has no picture (clause 18.2). */
+/* in a part of an environment: it has no picture (clause 18.2). */
 #define FVV_NO_PICTURE 4294967295
 /* pixels, so that no H.264 macroblock straddles two tiles (clause 10.2). */
 #define FVV_TILE_ALIGNMENT 16
@@ -40,7 +40,7 @@ enum {
   FVV_CHUNK_VIDEO_PACKET = 0x544b5056, /* VPKT: video sample */
   FVV_CHUNK_VISIBILITY = 0x49534956, /* VISI: visibility of one frame */
   FVV_CHUNK_COLOURS = 0x524c4f43, /* COLR: colours of a key mesh */
-  FVV_CHUNK_BACKGROUND = 0x4b434142, /* BACK: static environment and lights */
+  FVV_CHUNK_ENVIRONMENT = 0x4b434142, /* BACK: static environment and lights */
   FVV_CHUNK_AUDIO = 0x49445541, /* AUDI: packets of sound */
   FVV_CHUNK_GROUP_END = 0x444e4547, /* GEND: group ends */
   FVV_CHUNK_INDEX = 0x58444e49, /* INDX: index of groups */
@@ -88,7 +88,7 @@ enum {
   FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG; with tiles also TILE */
   FVV_TRACK_CALIBRATION = 3, /* CALB chunks, of all cameras that move */
   FVV_TRACK_VISIBILITY = 4, /* VISI chunks */
-  FVV_TRACK_BACKGROUND = 5, /* BACK chunks */
+  FVV_TRACK_ENVIRONMENT = 5, /* BACK chunks */
   FVV_TRACK_METADATA = 6, /* reserved for timed metadata */
   FVV_TRACK_AUDIO = 7, /* AUDI chunks, one ACFG */
   FVV_TRACK_COLOURS = 8, /* COLR chunks */
@@ -126,14 +126,14 @@ enum {
   FVV_AUDIO_MOVES = 2, /* each AUDI has a position of its own; only with bit 0 */
 };
 
-/* Background part flags, clause 18.2. */
+/* Environment part flags, clause 18.2. */
 enum {
   FVV_PART_UNLIT = 1, /* shown in its own colours, unaffected by lights */
   FVV_PART_DOUBLE_SIDED = 2, /* faces are visible from both sides */
   FVV_PART_CLAMPED = 4, /* beyond its edge the picture continues with its last pixel; without the flag it repeats */
 };
 
-/* Background picture codecs, clause 18.3. */
+/* Environment picture codecs, clause 18.3. */
 enum {
   FVV_PICTURE_JPEG = 0, /* a JPEG file (ITU-T T.81, JFIF) of 8 bits and 1 or 3 components */
   FVV_PICTURE_PNG = 1, /* a PNG file (ISO/IEC 15948) */
@@ -286,14 +286,14 @@ enum {
   FVV_ISSUE_COLOURS_CELLS = 6203,
   FVV_ISSUE_COLOURS_STREAM = 6204,
   FVV_ISSUE_LIMIT = 7001,
-  FVV_ISSUE_BACKGROUND_PAYLOAD = 8001,
-  FVV_ISSUE_BACKGROUND_LATTICE = 8002,
-  FVV_ISSUE_BACKGROUND_KEY = 8003,
-  FVV_ISSUE_BACKGROUND_SAME = 8004,
-  FVV_ISSUE_BACKGROUND_PART = 8005,
-  FVV_ISSUE_BACKGROUND_PICTURE = 8006,
-  FVV_ISSUE_BACKGROUND_CODEC = 8007,
-  FVV_ISSUE_BACKGROUND_LIGHT = 8008,
+  FVV_ISSUE_ENVIRONMENT_PAYLOAD = 8001,
+  FVV_ISSUE_ENVIRONMENT_LATTICE = 8002,
+  FVV_ISSUE_ENVIRONMENT_KEY = 8003,
+  FVV_ISSUE_ENVIRONMENT_SAME = 8004,
+  FVV_ISSUE_ENVIRONMENT_PART = 8005,
+  FVV_ISSUE_ENVIRONMENT_PICTURE = 8006,
+  FVV_ISSUE_ENVIRONMENT_CODEC = 8007,
+  FVV_ISSUE_ENVIRONMENT_LIGHT = 8008,
 };
 
 #endif

@@ -21,7 +21,7 @@ typedef struct fvv_frames_options {
   /* Non-zero: a frame is reported as soon as every track has a chunk in it, so that live playback does not
    * wait for the next frame. Sound is not waited for. 0: when the next frame or the end of the group shows
    * that it is over; then the last frame of a stream that was cut is not reported. Frames with tracks that
-   * rarely have chunks (backgrounds) always wait. Default: 1. */
+   * rarely have chunks (environments) always wait. Default: 1. */
   int eager;
   /* Non-zero, for analysis: events of the reader are reported too (FVV_FRAMES_READ), frames that are not
    * whole as well, and payloads are not kept: they are only in the events of the reader. Default: 0. */
@@ -40,7 +40,7 @@ typedef enum fvv_frames_kind {
   FVV_FRAMES_GROUP_END = 6,     /* the group is over; without its GEND chunk, where something else follows */
   FVV_FRAMES_READ = 7,          /* detail: an event of the reader, before what it means is reported */
   FVV_FRAMES_BETWEEN = 8 /* chunks of tracks at a time that is no frame, or after its frame was reported:
-                            sound, backgrounds */
+                            sound, environments */
 } fvv_frames_kind;
 
 /* A chunk of a frame. payload: header.size bytes, 8-byte aligned. */

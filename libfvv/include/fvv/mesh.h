@@ -27,14 +27,14 @@ typedef struct fvv_mesh_source {
   const double *normals;
 } fvv_mesh_source;
 
-/* A mesh on the lattice, owned by the struct's allocator; free with fvv_mesh_free. positions: vertex_count
+/* A mesh on the lattice, owned by the struct's allocator; free with fvv_mesh_free. lattice: vertex_count
  * x 3 lattice indices, each within +-FVV_LATTICE_MAX. faces: face_count x 3, each < vertex_count. texture:
  * vertex_count x 2 texture indices u v, each 0 to 2^texture_bits inclusive, texture_bits 1 to
  * FVV_TEXTURE_BITS_MAX; NULL and 0 when the mesh has none. normals: vertex_count x 2 normal indices
  * (clause 8.13), each 0 to 2^normal_bits - 2, normal_bits 2 to FVV_NORMAL_BITS_MAX; NULL and 0 when they are
  * to be computed (fvv_mesh_normals). */
 typedef struct fvv_mesh {
-  int32_t *positions;
+  int32_t *lattice;
   uint32_t *faces;
   uint32_t vertex_count;
   uint32_t face_count;
@@ -203,7 +203,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, cons
                                                        fvv_diagnostic *diagnostic);
 FVV_API void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence);
 
-/* The current frame, the key mesh at first. Belongs to the sequence; positions and, when the key mesh has
+/* The current frame, the key mesh at first. Belongs to the sequence; lattice and, when the key mesh has
  * them, normals change with each encode or decode (sent normals turn with the faces, clause 8.13), all else
  * stays. */
 FVV_API const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence);
@@ -225,12 +225,11 @@ typedef struct fvv_mesh_delta_options {
 
 FVV_API void fvv_mesh_delta_options_default(fvv_mesh_delta_options *options);
 
-/* MESH payload of profile FVV_MESH_DELTA for the next frame; replaces what payload holds. positions: for each
+/* MESH payload of profile FVV_MESH_DELTA for the next frame; replaces what payload holds. lattice: for each
  * vertex of the key mesh, in its order, x 3, within the lattice. options NULL: defaults. Afterwards
  * fvv_mesh_sequence_mesh is what decoders get. Deterministic. On error the sequence is as it was, but for
  * FVV_ERROR_MEMORY: then it can only be closed. */
-FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence,
-                                                         const int32_t *positions,
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *lattice,
                                                          const fvv_mesh_delta_options *options,
                                                          fvv_bytes *payload, fvv_diagnostic *diagnostic);
 

@@ -7,10 +7,10 @@
 #define FVV_STREAM_H
 
 #include "fvv/audio.h"
-#include "fvv/background.h"
 #include "fvv/calibration.h"
 #include "fvv/colours.h"
 #include "fvv/container.h"
+#include "fvv/environment.h"
 #include "fvv/mesh.h"
 #include "fvv/video.h"
 #include "fvv/visibility.h"
@@ -141,13 +141,13 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_sample(fvv_stream *stream, size_t fra
                                                   const uint8_t **sample, size_t *size, int *key,
                                                   fvv_diagnostic *diagnostic);
 
-/* The environment that belongs to a group on one background track: from the group itself, or from where
+/* The environment that belongs to a group on one environment track: from the group itself, or from where
  * clause 18.5 says that a writer puts it; for that, the tables of at most three groups are read. FVV_END:
- * none. Belongs to the stream, valid until the next call of this function or close; fvv_background_mesh
+ * none. Belongs to the stream, valid until the next call of this function or close; fvv_environment_mesh
  * decodes its parts. */
-FVV_API FVV_MUST_USE fvv_status fvv_stream_background(fvv_stream *stream, size_t group, uint16_t track,
-                                                      const fvv_background **background,
-                                                      fvv_diagnostic *diagnostic);
+FVV_API FVV_MUST_USE fvv_status fvv_stream_environment(fvv_stream *stream, size_t group, uint16_t track,
+                                                       const fvv_environment **environment,
+                                                       fvv_diagnostic *diagnostic);
 
 /* ---- checking ------------------------------------------------------------------------------------- */
 
@@ -155,7 +155,7 @@ typedef struct fvv_checker fvv_checker;
 
 typedef struct fvv_check_options {
   size_t struct_size;
-  int decode; /* non-zero: decode every mesh, visibility, colours and background, check every video sample,
+  int decode; /* non-zero: decode every mesh, visibility, colours and environment, check every video sample,
                  not only structure */
   /* Called for every event of the reader, in order, before it is judged; may be NULL. */
   void (*event)(void *user, const fvv_event *event);
@@ -182,7 +182,7 @@ typedef struct fvv_track_summary {
   uint64_t least_tile_pixels, most_tile_pixels;              /* of these: pixels of the frame in tiles */
   uint64_t calibrations, lost_calibrations; /* calibration chunks: declared entries, and cameras that move and
                                                have none in a chunk */
-  uint32_t parts, pictures, lights;         /* background tracks: of the last chunk; vertices and faces too */
+  uint32_t parts, pictures, lights;  /* environment tracks: of the last chunk; vertices and faces too */
   uint64_t pairs;                    /* visibility tracks: of a vertex and a camera, all chunks together */
   uint32_t min_cameras, max_cameras; /* visibility tracks: cameras of a chunk */
   uint64_t cells;                    /* colour tracks: occupied cells, all chunks together */

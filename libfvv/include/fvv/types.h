@@ -144,8 +144,8 @@ typedef struct fvv_limits {
   uint32_t max_groups;    /* of a file. 4 Mi: 48 days of groups of one second */
   uint32_t max_group_chunks; /* chunks of one group. 1 Mi */
   uint32_t max_text;         /* bytes of a name or metadata. 1 MiB */
-  uint32_t max_background;   /* parts, pictures or lights of a background. 1024. All parts together stay below
-                                max_vertices and max_faces, all pictures below max_dimension^2 pixels */
+  uint32_t max_environment;  /* parts, pictures or lights of an environment. 1024. All parts together stay
+                               below  max_vertices and max_faces, all pictures below max_dimension^2 pixels */
 } fvv_limits;
 
 FVV_API void fvv_limits_default(fvv_limits *limits);

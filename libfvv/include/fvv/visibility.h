@@ -42,7 +42,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_visibility_centre(const fvv_camera *camera, 
                                                       int32_t centre[3], fvv_diagnostic *diagnostic);
 
 /* facing: for each vertex 1 when one of its faces has a cosine between its normal and the way to centre above
- * threshold in 2^-8, else 0. mesh: positions and centre within the lattice, faces index its vertices.
+ * threshold in 2^-8, else 0. mesh: its lattice and centre within +-FVV_LATTICE_MAX, faces index its vertices.
  * facing: vertex_count entries. The same on every machine. */
 FVV_API void fvv_visibility_facing(const fvv_mesh *mesh, const int32_t centre[3], uint8_t threshold,
                                    uint8_t *facing);

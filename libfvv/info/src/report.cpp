@@ -114,8 +114,8 @@ const char *kind_name(uint8_t kind) {
     return "calibration";
   case FVV_TRACK_VISIBILITY:
     return "visibility";
-  case FVV_TRACK_BACKGROUND:
-    return "background";
+  case FVV_TRACK_ENVIRONMENT:
+    return "environment";
   case FVV_TRACK_METADATA:
     return "metadata";
   case FVV_TRACK_AUDIO:

@@ -324,7 +324,7 @@ private:
       fvv::check(fvv_mesh_sequence_encode(sequence.get(), wanted.data(), &options, &payload, &diagnostic),
                  name_of(plan, first + i), diagnostic);
       uint32_t off = 0;
-      const int32_t *got = fvv_mesh_sequence_mesh(sequence.get())->positions;
+      const int32_t *got = fvv_mesh_sequence_mesh(sequence.get())->lattice;
       for (size_t k = 0; k < wanted.size(); k++) off = std::max(off, uint32_t(std::abs(got[k] - wanted[k])));
       if (off > options.max_error || payload.size >= frames[0].payload.size()) return;
       MeshFrame frame;

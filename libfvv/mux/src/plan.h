@@ -179,7 +179,7 @@ struct SoundTrack {
   media::SoundPackets packets;
 };
 
-struct PackedBackground; // background.h
+struct PackedEnvironment; // environment.h
 
 // A group of the stream: its frames, and the ticks that it covers.
 struct GroupSpan {
@@ -227,7 +227,7 @@ struct Plan {
   InsetChoice inset;
   ColourChoice colours;
   std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
-  std::shared_ptr<const PackedBackground> background;      // if there is one
+  std::shared_ptr<const PackedEnvironment> environment;    // if there is one
   std::vector<SoundTrack> sounds;                          // those of the capture that the stream has
   FrameLimit frame_limit = {};                             // of a video frame with tiles of cameras
 

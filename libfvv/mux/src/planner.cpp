@@ -6,10 +6,10 @@
 #include "fvv_cxx/parallel.h"
 #include "fvv_scene/file_io.h"
 #include "fvv_scene/inputs.h"
-#include "mux/src/background.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/choose/sampled_scene.h"
 #include "mux/src/crop.h"
+#include "mux/src/environment.h"
 #include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/layout.h"
 #include "mux/src/meshes.h"
@@ -53,7 +53,7 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
   const bool left_out = leave_out_changing(capture, observer);
   if (!options.meshes) capture.meshes.reset();
   if (!options.meshes || !options.pictures) capture.atlas.reset();
-  if (!options.environment) capture.background.reset();
+  if (!options.environment) capture.environment.reset();
   if (!options.sound) capture.sounds.clear();
   bool pictures = false;
   for (scene::Camera &camera : capture.cameras) {
@@ -311,10 +311,10 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   }
   add_rungs(plan);
   add_mesh_rungs(plan, scene, cameras);
-  if (plan.capture.background) {
-    plan.background = pack_background(plan.capture);
-    for (const std::string &warning : plan.background->warnings) plan.observer.warn(warning);
-    plan.warned = plan.warned || !plan.background->warnings.empty();
+  if (plan.capture.environment) {
+    plan.environment = pack_environment(plan.capture);
+    for (const std::string &warning : plan.environment->warnings) plan.observer.warn(warning);
+    plan.warned = plan.warned || !plan.environment->warnings.empty();
   }
   plan.warned = load_sounds(plan) || plan.warned;
   return plan;

@@ -119,7 +119,7 @@ std::vector<uint8_t> block_of(const InputFile &file, const fvv_group_info &group
 }
 
 // The environments, each a file of its own with one chunk, for players that begin in the middle.
-Json copy_backgrounds(const InputFile &file, fvv_file *stream, const WriteFile &write_file) {
+Json copy_environments(const InputFile &file, fvv_file *stream, const WriteFile &write_file) {
   Json list = Json::array();
   std::vector<uint16_t> known;
   for (size_t i = 0; i < fvv_file_group_count(stream); i++) {
@@ -129,13 +129,13 @@ Json copy_backgrounds(const InputFile &file, fvv_file *stream, const WriteFile &
     fvv::check(fvv_file_group_chunks(stream, i, &chunks, &count, &diagnostic), file.path(), diagnostic);
     for (size_t k = 0; k < count; k++) {
       const fvv_chunk_info &chunk = chunks[k];
-      if (chunk.type != FVV_CHUNK_BACKGROUND ||
+      if (chunk.type != FVV_CHUNK_ENVIRONMENT ||
           std::find(known.begin(), known.end(), chunk.track) != known.end())
         continue;
       known.push_back(chunk.track);
       const uint64_t size = (chunk_header + chunk.size + 7) / 8 * 8;
       Json entry =
-          copy(file, chunk.offset, size, write_file, "background-" + std::to_string(chunk.track) + ".fvv");
+          copy(file, chunk.offset, size, write_file, "environment-" + std::to_string(chunk.track) + ".fvv");
       entry["track"] = chunk.track;
       list.push_back(std::move(entry));
     }
@@ -271,8 +271,8 @@ Segments write_segments(const InputFile &file, const WriteFile &write_file) {
     manifest["groups"].push_back(std::move(entry));
   }
   if (!rungs.empty()) manifest["rungs"] = std::move(rungs);
-  const Json backgrounds = copy_backgrounds(file, opened, write_file);
-  if (!backgrounds.empty()) manifest["backgrounds"] = backgrounds;
+  const Json environments = copy_environments(file, opened, write_file);
+  if (!environments.empty()) manifest["environments"] = environments;
   const std::string text = manifest.dump(1) + "\n";
   write_file("manifest.json", [&](const Sink &sink) { sink(text.data(), text.size()); });
   return {groups, bytes, infos.size()};

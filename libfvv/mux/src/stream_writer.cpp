@@ -1,8 +1,8 @@
 #include "mux/src/stream_writer.h"
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
-#include "mux/src/background.h"
 #include "mux/src/choose/choices.h"
+#include "mux/src/environment.h"
 
 #include <algorithm>
 #include <cmath>
@@ -127,7 +127,7 @@ void StreamWriter::check_groups() const {
   const auto meshes = std::count_if(decisions.meshes.begin(), decisions.meshes.end(),
                                     [](const MeshDecision &track) { return track.sent; });
   const uint64_t in_a_frame = uint64_t(meshes) * (1 + decisions.visibility.on + plan.colours.on) +
-                              plan.tracks.size() + any_moves(plan.capture) + (plan.background != nullptr) +
+                              plan.tracks.size() + any_moves(plan.capture) + (plan.environment != nullptr) +
                               plan.sounds.size();
   // Besides GRUP, and a layout for each track.
   check_count(1 + plan.tracks.size() + frames * in_a_frame, limits.max_group_chunks,
@@ -228,7 +228,7 @@ void StreamWriter::write_configuration() {
     if (track->id < calibration_track) write_video_track(*track);
   if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
   if (decisions.visibility.on) write_mesh_track(plan.meshes[0], FVV_TRACK_VISIBILITY);
-  if (plan.background) write_track(background_track, FVV_TRACK_BACKGROUND, "environment");
+  if (plan.environment) write_track(environment_track, FVV_TRACK_ENVIRONMENT, "environment");
   if (plan.colours.on) write_mesh_track(plan.meshes[0], FVV_TRACK_COLOURS);
   for (const VideoTrack *track : video_tracks())
     if (track->id > calibration_track) write_video_track(*track);
@@ -377,10 +377,10 @@ void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sa
                          plan.tick_of(frame), sample.bytes.data(), sample.bytes.size(), &diagnostic));
 }
 
-uint64_t StreamWriter::background(size_t frame) {
-  if (!plan.background) return 0;
-  const std::vector<uint8_t> &payload = plan.background->payload;
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_BACKGROUND, background_track, FVV_FLAG_KEY,
+uint64_t StreamWriter::environment(size_t frame) {
+  if (!plan.environment) return 0;
+  const std::vector<uint8_t> &payload = plan.environment->payload;
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_ENVIRONMENT, environment_track, FVV_FLAG_KEY,
                          plan.tick_of(frame), payload.data(), payload.size(), &diagnostic));
   return payload.size();
 }

@@ -49,7 +49,7 @@ private:
 };
 
 constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibration_track = 4,
-                   visibility_track = 5, background_track = 6, colour_track = 7;
+                   visibility_track = 5, environment_track = 6, colour_track = 7;
 // Further tracks with cameras follow all others, then the video tracks of further rungs, then their meshes
 // with visibility and colours.
 constexpr uint16_t last_track = colour_track;
@@ -76,7 +76,7 @@ public:
   void colours(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
-  uint64_t background(size_t frame);
+  uint64_t environment(size_t frame);
   void sound(const SoundChunk &chunk);
   // A chunk of a group that was written elsewhere.
   void chunk(const fvv_chunk_header &header, const uint8_t *payload);

@@ -53,7 +53,7 @@ struct StreamSums {
   std::vector<MeshSums> meshes;                  // as Plan::meshes; nothing of those not sent
   std::vector<std::vector<MeshOrigins>> origins; // likewise, each frame; filled with Options::verify
   TrackBytes calibration;                        // of cameras that move
-  TrackBytes background;
+  TrackBytes environment;
   std::vector<TrackBytes> videos; // as Plan::tracks
   std::vector<RateResult> rates;  // likewise; filled with Options::bit_rate
   std::vector<TrackBytes> sounds; // as Plan::sounds

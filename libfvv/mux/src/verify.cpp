@@ -6,7 +6,7 @@
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_demux/picture_decoder.h"
-#include "mux/src/background.h"
+#include "mux/src/environment.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/sound/sound.h"
@@ -20,30 +20,30 @@ namespace fvv::mux {
 
 namespace {
 
-bool is_packed(const fvv_background &found, const std::vector<uint8_t> &payload, const std::string &name) {
+bool is_packed(const fvv_environment &found, const std::vector<uint8_t> &payload, const std::string &name) {
   OwnedBytes again;
   fvv_diagnostic diagnostic = {};
-  fvv::check(fvv_background_encode(&found, nullptr, &again, &diagnostic), name, diagnostic);
+  fvv::check(fvv_environment_encode(&found, nullptr, &again, &diagnostic), name, diagnostic);
   return std::equal(payload.begin(), payload.end(), again.data, again.data + again.size);
 }
 
 // Every vertex lies within the part's bounds, but for the lattice; faces are at most left out.
-bool is_part(const fvv_mesh &mesh, const geometry::Mesh &source, const fvv_background &background) {
+bool is_part(const fvv_mesh &mesh, const geometry::Mesh &source, const fvv_environment &environment) {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   for (size_t i = 0; i < source.positions.size(); i++) {
     low[i % 3] = std::min(low[i % 3], source.positions[i]);
     high[i % 3] = std::max(high[i % 3], source.positions[i]);
   }
-  const double slack = 0.51 * background.lattice_step;
+  const double slack = 0.51 * environment.lattice_step;
   for (size_t i = 0; i < 3 * size_t(mesh.vertex_count); i++) {
     const double value =
-        background.lattice_origin[i % 3] + background.lattice_step * double(mesh.positions[i]);
+        environment.lattice_origin[i % 3] + environment.lattice_step * double(mesh.lattice[i]);
     if (!(value >= low[i % 3] - slack && value <= high[i % 3] + slack)) return false;
   }
   return mesh.face_count <= source.faces.size() / 3;
 }
 
-std::string against_capture(const fvv_background &found, const scene::Capture &capture,
+std::string against_capture(const fvv_environment &found, const scene::Capture &capture,
                             const std::string &name) {
   const scene::Environment source = scene::load_environment(capture);
   if (found.part_count != source.parts.size() || found.picture_count != source.pictures.size() ||
@@ -55,7 +55,7 @@ std::string against_capture(const fvv_background &found, const scene::Capture &c
   for (size_t i = 0; i < found.part_count; i++) {
     OwnedMesh holder;
     fvv_diagnostic diagnostic = {};
-    fvv::check(fvv_background_mesh(&found, i, nullptr, nullptr, &holder, &diagnostic), name, diagnostic);
+    fvv::check(fvv_environment_mesh(&found, i, nullptr, nullptr, &holder, &diagnostic), name, diagnostic);
     const scene::EnvironmentPart &part = source.parts[i];
     const uint32_t picture = part.picture ? uint32_t(*part.picture) : FVV_NO_PICTURE;
     if (found.parts[i].picture != picture || !is_part(holder, part.mesh, found))
@@ -72,18 +72,18 @@ std::string against_capture(const fvv_background &found, const scene::Capture &c
 
 } // namespace
 
-std::string verify_background(fvv_stream *stream, size_t group, const Plan &plan, const std::string &name) {
-  if (!plan.background) return "";
-  const fvv_background *found = nullptr;
+std::string verify_environment(fvv_stream *stream, size_t group, const Plan &plan, const std::string &name) {
+  if (!plan.environment) return "";
+  const fvv_environment *found = nullptr;
   fvv_diagnostic diagnostic = {};
-  const fvv_status status = fvv_stream_background(stream, group, background_track, &found, &diagnostic);
+  const fvv_status status = fvv_stream_environment(stream, group, environment_track, &found, &diagnostic);
   fvv::check(status, name, diagnostic);
   std::string wrong;
   if (status == FVV_END)
     wrong = "there is none";
   else if (group == 0)
     wrong = against_capture(*found, plan.capture, name);
-  if (wrong.empty() && !is_packed(*found, plan.background->payload, name))
+  if (wrong.empty() && !is_packed(*found, plan.environment->payload, name))
     wrong = "it is not the one that was written";
   return wrong.empty() ? "" : "group " + std::to_string(group) + ": environment: " + wrong;
 }
@@ -147,7 +147,7 @@ struct GroupVerdict {
   std::vector<MeshTrackVerdict> meshes;
   std::vector<VideoVerdict> videos;
   double moving_reprojection = 0; // pixels, of cameras that move
-  size_t backgrounds = 0, sounds = 0;
+  size_t environments = 0, sounds = 0;
 };
 
 // How far a rotation is from an orthonormal one, to which a camera that moves is rounded, in pixels.
@@ -222,9 +222,9 @@ public:
       for (size_t i = 0; decisions.meshes[track].sent && i < plan.frames_of(index); i++)
         mesh(track, plan.first_of(index) + i, verdict.meshes[track]);
     for (size_t i = 0; i < plan.frames_of(index); i++) moving(plan.first_of(index) + i, verdict);
-    const std::string wrong = verify_background(stream.get(), index, plan, name);
+    const std::string wrong = verify_environment(stream.get(), index, plan, name);
     if (!wrong.empty()) throw Error(name + ": " + wrong);
-    verdict.backgrounds += plan.background != nullptr;
+    verdict.environments += plan.environment != nullptr;
     sound(index);
     verdict.sounds += !plan.sounds.empty();
     return verdict;
@@ -433,7 +433,7 @@ Verdict verify(const Plan &plan, const Decisions &decisions,
           MeshTrackVerdict &whole = k ? verdict.lower_meshes[k - 1] : verdict;
           whole.add(groups[i].meshes[k]);
         }
-        verdict.backgrounds += groups[i].backgrounds;
+        verdict.environments += groups[i].environments;
         verdict.sounds += groups[i].sounds;
         verdict.moving_reprojection = std::max(verdict.moving_reprojection, groups[i].moving_reprojection);
         for (size_t k = 0; k < plan.tracks.size(); k++) verdict.videos[k].add(groups[i].videos[k]);

@@ -33,7 +33,7 @@ MeshVerdict verify_mesh(const Plan &plan, const MeshTrack &track, size_t frame, 
 // The environment that a reader finds for a group, if the plan has one: compares it with the packed one, and
 // for the first group also each part and picture with the capture. Returns "" or what is wrong. Throws Error,
 // named name, when the stream does not decode.
-std::string verify_background(fvv_stream *stream, size_t group, const Plan &plan, const std::string &name);
+std::string verify_environment(fvv_stream *stream, size_t group, const Plan &plan, const std::string &name);
 
 class VisibilityVerifier {
 public:

@@ -18,7 +18,7 @@ using Corner = std::pair<Point, std::array<uint32_t, 2>>; // with normal indices
 using Normal = std::array<float, 3>;
 
 Point point_of(const fvv_mesh &mesh, uint32_t vertex) {
-  const int32_t *p = mesh.positions + 3 * size_t(vertex);
+  const int32_t *p = mesh.lattice + 3 * size_t(vertex);
   if (!mesh.texture) return {p[0], p[1], p[2], 0, 0};
   const uint32_t *t = mesh.texture + 2 * size_t(vertex);
   return {p[0], p[1], p[2], int32_t(t[0]), int32_t(t[1])};

@@ -125,7 +125,7 @@ std::vector<float> metres_of(const fvv_mesh &mesh, const geometry::Lattice &latt
   const double origin[3] = {lattice.origin[0] - from.x, lattice.origin[1] - from.y,
                             lattice.origin[2] - from.z};
   std::vector<float> metres(3 * size_t(mesh.vertex_count));
-  fvv_lattice_to_floats(origin, lattice.step, mesh.positions, mesh.vertex_count, metres.data());
+  fvv_lattice_to_floats(origin, lattice.step, mesh.lattice, mesh.vertex_count, metres.data());
   return metres;
 }
 

@@ -16,9 +16,9 @@ Place place_of(uint32_t type, uint8_t flags);
 // not, and the bytes of a group must not change unnoticed.
 bool is_regular(const fvv_chunk_header &header);
 
-// Sound and backgrounds last longer than the frame whose time they have: frames are whole without them.
+// Sound and environments last longer than the frame whose time they have: frames are whole without them.
 inline bool is_of_frame(const fvv_chunk_header &header) {
-  return header.track && header.type != FVV_CHUNK_AUDIO && header.type != FVV_CHUNK_BACKGROUND;
+  return header.track && header.type != FVV_CHUNK_AUDIO && header.type != FVV_CHUNK_ENVIRONMENT;
 }
 inline bool makes_frame(const fvv_chunk_header &header) {
   return header.type == FVV_CHUNK_MESH || header.type == FVV_CHUNK_VIDEO_PACKET;

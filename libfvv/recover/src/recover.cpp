@@ -295,7 +295,7 @@ private:
                       "a chunk is not of this group: the chain in GEND does not match"));
       return 0;
     }
-    drop_other_backgrounds(head.digest, slots, loss);
+    drop_other_environments(head.digest, slots, loss);
     std::vector<Part> parts;
     Verdict verdict;
     for (int trial = 0; trial < most_trials; trial++) {
@@ -322,7 +322,7 @@ private:
     }
     block_passed = false;
     output->group(head, slots, parts, payloads);
-    remember_backgrounds(head.digest, slots, parts);
+    remember_environments(head.digest, slots, parts);
     last_end = head.end;
     last_parts = parts.size();
     kept = true;
@@ -342,26 +342,27 @@ private:
   }
 
   // All BACK chunks of a track under one configuration are equal (FVV-8004).
-  void drop_other_backgrounds(uint32_t digest, Slots &slots, Loss &loss) {
-    if (digest != background_digest) return;
+  void drop_other_environments(uint32_t digest, Slots &slots, Loss &loss) {
+    if (digest != environment_digest) return;
     for (Slot &slot : slots.slots) {
       const fvv_chunk_header &h = slot.chunk.header;
-      const auto first = backgrounds.find(h.track);
-      if (h.type != FVV_CHUNK_BACKGROUND || first == backgrounds.end() ||
+      const auto first = environments.find(h.track);
+      if (h.type != FVV_CHUNK_ENVIRONMENT || first == environments.end() ||
           first->second == std::make_pair(h.size, h.payload_crc))
         continue;
       slot.usable = false;
       if (loss.why.status == FVV_OK)
-        loss.why = invented(slot.chunk.offset, FVV_ISSUE_BACKGROUND_SAME,
-                            "another background than before under the same configuration");
+        loss.why = invented(slot.chunk.offset, FVV_ISSUE_ENVIRONMENT_SAME,
+                            "another environment than before under the same configuration");
     }
   }
-  void remember_backgrounds(uint32_t digest, const Slots &slots, const std::vector<Part> &parts) {
-    if (digest != background_digest) backgrounds.clear();
-    background_digest = digest;
+  void remember_environments(uint32_t digest, const Slots &slots, const std::vector<Part> &parts) {
+    if (digest != environment_digest) environments.clear();
+    environment_digest = digest;
     for (const Part &part : parts) {
       const fvv_chunk_header &h = slots.slots[part.slot].chunk.header;
-      if (h.type == FVV_CHUNK_BACKGROUND) backgrounds.emplace(h.track, std::make_pair(h.size, h.payload_crc));
+      if (h.type == FVV_CHUNK_ENVIRONMENT)
+        environments.emplace(h.track, std::make_pair(h.size, h.payload_crc));
     }
   }
 
@@ -413,8 +414,8 @@ private:
   size_t last_parts = 0;
   int64_t last_end = INT64_MIN;
   uint64_t listed_lost = 0, known_frames = 0;
-  uint32_t background_digest = 0;
-  std::map<uint16_t, std::pair<uint64_t, uint32_t>> backgrounds;
+  uint32_t environment_digest = 0;
+  std::map<uint16_t, std::pair<uint64_t, uint32_t>> environments;
 };
 
 // What fvvinfo --check reports.

@@ -197,7 +197,7 @@ public:
       if (camera.pictures) source(subject, "pictures", *camera.pictures, camera);
       if (camera.masks) source(subject, "masks", *camera.masks, camera);
     }
-    if (capture.background) background_file(capture.background->file);
+    if (capture.environment) environment_file(capture.environment->file);
     check_sounds(capture, findings);
     shared_pictures();
     return std::move(findings);
@@ -308,9 +308,9 @@ private:
     }
   }
 
-  void background_file(const std::string &file) {
+  void environment_file(const std::string &file) {
     if (const std::string why = why_unreadable(capture.resolve(file)); !why.empty())
-      findings.problems.push_back("background: " + file + ": " + why);
+      findings.problems.push_back("environment: " + file + ": " + why);
   }
 
   // One where all frames share a file, else one for each.
@@ -471,7 +471,7 @@ void visit_files(const Capture &capture, const Visit &visit) {
     if (camera.masks) pictures(*camera.masks);
   }
   for (const SoundSource &sound : capture.sounds) visit(capture.resolve(sound.file));
-  if (capture.background) visit_mesh(capture.resolve(capture.background->file), false, visit);
+  if (capture.environment) visit_mesh(capture.resolve(capture.environment->file), false, visit);
 }
 
 } // namespace fvv::scene

@@ -13,7 +13,7 @@ double positive(const JsonValue &value);
 fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what);
 // The ranges of fvv.md clause 5.1.
 Lattice read_lattice(const JsonValue &value);
-Background read_background(const JsonValue &value);
+EnvironmentSource read_environment(const JsonValue &value);
 // Exact seconds, of either sign: 2, "-3/2".
 Seconds read_seconds(const JsonValue &value);
 // The name of a file, not empty.

@@ -59,9 +59,9 @@ Lattice read_lattice(const JsonValue &value) {
   return lattice;
 }
 
-Background read_background(const JsonValue &value) {
+EnvironmentSource read_environment(const JsonValue &value) {
   value.allow_keys({"file", "transform", "lattice"});
-  Background out;
+  EnvironmentSource out;
   const JsonValue file = value.at("file");
   out.file = file.text();
   if (!is_gltf(out.file)) file.fail("expected a .glb or .gltf file, found " + file.found());
@@ -77,10 +77,10 @@ Background read_background(const JsonValue &value) {
 }
 
 Environment load_environment(const Capture &capture, const fvv_limits *limits) {
-  const Background &background = capture.background.value();
-  const std::string path = capture.resolve(background.file);
+  const EnvironmentSource &source = capture.environment.value();
+  const std::string path = capture.resolve(source.file);
   Environment environment = parse_environment(read_file(path, max_mesh_file), path, limits);
-  gltf::Transform by = background.transform;
+  gltf::Transform by = source.transform;
   for (double &element : by.m) element *= capture.metres_per_unit;
   environment.transform(by);
   return environment;
@@ -397,7 +397,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   if (version.integer(1, INT32_MAX) != 1)
     version.fail("expected version 1 of the capture description, found " + version.found());
   root.allow_keys({"fvv_capture", "name", "frame_rate", "frames", "units", "up", "lattice", "conventions",
-                   "meshes", "atlas", "cameras", "background", "audio"});
+                   "meshes", "atlas", "cameras", "environment", "background", "audio"});
   Capture capture;
   capture.path = path;
   if (const auto name = root.find("name")) capture.name = name->text();
@@ -417,7 +417,14 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   }
   if (const auto meshes = root.find("meshes")) read_meshes(*meshes, capture);
   if (const auto atlas = root.find("atlas")) capture.atlas = read_atlas(*atlas, capture);
-  if (const auto background = root.find("background")) capture.background = read_background(*background);
+  if (const auto environment = root.find("environment")) {
+    if (root.find("background"))
+      root.fail("expected \"environment\" alone, found also \"background\", its former name");
+    capture.environment = read_environment(*environment);
+  } else if (const auto former = root.find("background")) {
+    capture.environment = read_environment(*former);
+    capture.notes.push_back("\"background\" is now \"environment\"; this version reads both");
+  }
   if (const auto cameras = root.find("cameras")) read_cameras(*cameras, capture, pixel_centre);
   if (const auto audio = root.find("audio"))
     capture.sounds = read_sounds(*audio, capture.frames, capture.metres_per_unit);

@@ -132,12 +132,12 @@ std::string lattice_text(const Lattice &lattice) {
   return "{\"origin\": " + list(lattice.origin, 3) + ", \"step\": " + number(lattice.step) + "}";
 }
 
-std::string background_text(const Background &background) {
-  const double *m = background.transform.m.data();
-  std::string out = "{\"file\": " + text(background.file);
-  if (background.transform.m != gltf::Transform().m)
+std::string environment_text(const EnvironmentSource &environment) {
+  const double *m = environment.transform.m.data();
+  std::string out = "{\"file\": " + text(environment.file);
+  if (environment.transform.m != gltf::Transform().m)
     out += ", \"transform\": [" + list(m, 4) + ", " + list(m + 4, 4) + ", " + list(m + 8, 4) + "]";
-  if (background.lattice) out += ", \"lattice\": " + lattice_text(*background.lattice);
+  if (environment.lattice) out += ", \"lattice\": " + lattice_text(*environment.lattice);
   return out + "}";
 }
 
@@ -182,7 +182,7 @@ std::string format_capture(const Capture &capture, const std::string &units) {
       ",\n  \"conventions\": {\"pixel_centre\": 0.5}";
   if (capture.lattice) out += ",\n  \"lattice\": " + lattice_text(*capture.lattice);
   if (capture.meshes) out += ",\n  \"meshes\": " + meshes_text(capture);
-  if (capture.background) out += ",\n  \"background\": " + background_text(*capture.background);
+  if (capture.environment) out += ",\n  \"environment\": " + environment_text(*capture.environment);
   if (capture.atlas) out += ",\n  \"atlas\": " + atlas_text(*capture.atlas);
   std::string sounds;
   for (const SoundSource &sound : capture.sounds) {

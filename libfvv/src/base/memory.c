@@ -78,7 +78,7 @@ void fvv_limits_default(fvv_limits *limits) {
   limits->max_groups = 4u << 20;
   limits->max_group_chunks = 1u << 20;
   limits->max_text = 1u << 20;
-  limits->max_background = 1024;
+  limits->max_environment = 1024;
 }
 
 fvv_limits fvv_limits_or_default(const fvv_limits *limits) {

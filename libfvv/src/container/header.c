@@ -48,8 +48,8 @@ uint8_t fvv_chunk_track_kind(uint32_t type) {
     return FVV_TRACK_VIDEO;
   case FVV_CHUNK_COLOURS:
     return FVV_TRACK_COLOURS;
-  case FVV_CHUNK_BACKGROUND:
-    return FVV_TRACK_BACKGROUND;
+  case FVV_CHUNK_ENVIRONMENT:
+    return FVV_TRACK_ENVIRONMENT;
   case FVV_CHUNK_AUDIO:
     return FVV_TRACK_AUDIO;
   default:

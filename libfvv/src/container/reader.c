@@ -1,10 +1,10 @@
 /* container/reader.c: push bytes, pull events. Finds chunks, checks their CRCs, skips damage (clause 7.4);
- * which chunk may follow which is up to sequence.h. */
+ * which chunk may follow which is up to chunk_order.h. */
 #include "container/reader.h"
 #include "base/bytes.h"
 #include "base/checked.h"
 #include "base/diagnostic.h"
-#include "container/sequence.h"
+#include "container/chunk_order.h"
 
 typedef enum reader_state {
   AT_FILE_HEADER,
@@ -21,7 +21,7 @@ static const uint64_t WASTE_ALLOWED = UINT64_C(64) << 20;
 
 struct fvv_reader {
   fvv_allocator allocator;
-  fvv_sequence sequence;
+  fvv_chunk_order order;
   fvv_bytes buffer;
   size_t head;     /* first byte not yet consumed */
   size_t consumed; /* bytes of the last event that was returned: dropped at the next call */
@@ -42,30 +42,30 @@ fvv_status fvv_reader_create(const fvv_limits *limits, const fvv_allocator *allo
   if (!*reader) return FVV_ERROR_MEMORY;
   fvv_reader *r = *reader;
   r->allocator = r->buffer.allocator = chosen;
-  fvv_sequence_init(&r->sequence, limits, &chosen);
+  fvv_chunk_order_init(&r->order, limits, &chosen);
   r->offset = r->start = start_offset;
   if (start_offset) {
     r->state = AT_CHUNK;
-    r->sequence.configuration = FVV_CONFIGURATION_UNSEEN;
-    r->sequence.gaps = r->sequence.suspect = r->sequence.hole = 1;
+    r->order.configuration = FVV_CONFIGURATION_UNSEEN;
+    r->order.gaps = r->order.suspect = r->order.hole = 1;
   }
   return FVV_OK;
 }
 
 fvv_status fvv_reader_join(fvv_reader *reader) {
   if (reader->start || reader->offset || reader->buffer.size) return FVV_ERROR_STATE;
-  reader->sequence.joined = reader->sequence.joining = 1;
+  reader->order.joined = reader->order.joining = 1;
   return FVV_OK;
 }
 
 void fvv_reader_inherit(fvv_reader *reader, fvv_reader *former) {
-  fvv_sequence_inherit(&reader->sequence, &former->sequence);
+  fvv_chunk_order_inherit(&reader->order, &former->order);
 }
 
 void fvv_reader_destroy(fvv_reader *reader) {
   if (!reader) return;
   const fvv_allocator allocator = reader->allocator;
-  fvv_sequence_free(&reader->sequence);
+  fvv_chunk_order_free(&reader->order);
   fvv_bytes_free(&reader->buffer);
   fvv_release(&allocator, reader, sizeof *reader);
 }
@@ -158,7 +158,7 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
   const uint64_t extent = fvv_chunk_extent(header->size);
   const uint8_t *payload = aligned(r, extent) + FVV_CHUNK_HEADER_SIZE;
   fvv_diagnostic diagnostic = {0};
-  fvv_status status = fvv_sequence_check(&r->sequence, header, payload, r->offset, &diagnostic);
+  fvv_status status = fvv_chunk_order_check(&r->order, header, payload, r->offset, &diagnostic);
   if (status == FVV_OK &&
       !fvv_all_zero(payload + header->size, (size_t)(fvv_padded(header->size) - header->size)))
     status = fvv_fail(&diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PADDING, header->type,
@@ -166,7 +166,7 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
   if (diagnostic.issue == FVV_ISSUE_GROUP_UNFINISHED) {
     /* The open group is broken, not this chunk, which is checked again: where it came from. */
     memmove(r->buffer.data + r->head, payload - FVV_CHUNK_HEADER_SIZE, (size_t)extent);
-    fvv_sequence_abandon_group(&r->sequence);
+    fvv_chunk_order_abandon_group(&r->order);
     damage_event(r, event);
     event->diagnostic = diagnostic;
     return FVV_OK;
@@ -176,18 +176,18 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
     r->stop = diagnostic;
     return stop(r, status, 0, r->offset, fvv_status_text(status));
   }
-  status = fvv_sequence_apply(&r->sequence, header, payload, r->offset);
+  status = fvv_chunk_order_apply(&r->order, header, payload, r->offset);
   if (status < 0)
     return stop(r, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, r->offset,
                 fvv_status_text(status));
-  if (broken) fvv_sequence_broken(&r->sequence, header);
-  if (missing) fvv_sequence_missing(&r->sequence);
+  if (broken) fvv_chunk_order_broken(&r->order, header);
+  if (missing) fvv_chunk_order_missing(&r->order);
   memset(&r->chunk, 0, sizeof r->chunk);
   r->chunk.kind = FVV_EVENT_CHUNK;
   r->chunk.offset = r->offset;
   r->chunk.chunk = *header;
   r->chunk.payload = payload;
-  r->chunk.group_intact = fvv_sequence_group_intact(&r->sequence);
+  r->chunk.group_intact = fvv_chunk_order_group_intact(&r->order);
   r->consumed = (size_t)extent;
   if (broken || missing) {
     damage_event(r, event);
@@ -208,7 +208,7 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
   if (available(r) < FVV_CHUNK_HEADER_SIZE || !fvv_header_read(&header, here(r))) {
     if (available(r) < FVV_CHUNK_HEADER_SIZE && !r->finished) return FVV_NEED_DATA;
     const int cut = available(r) < FVV_CHUNK_HEADER_SIZE;
-    const int trailing = r->sequence.footer_seen;
+    const int trailing = r->order.footer_seen;
     fvv_fail(&loss.diagnostic, cut && !trailing ? FVV_ERROR_TRUNCATED : FVV_ERROR_DAMAGED,
              trailing ? FVV_ISSUE_TRAILING
              : cut    ? FVV_ISSUE_CHUNK_TRUNCATED
@@ -217,7 +217,7 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
              trailing ? "bytes follow the footer"
              : cut    ? "the stream ends inside a chunk header"
                       : "no chunk header where one is expected");
-    fvv_sequence_lost(&r->sequence);
+    fvv_chunk_order_lost(&r->order);
     begin_scan(r, &loss, cut ? available(r) : 1);
     return FVV_OK;
   }
@@ -226,7 +226,7 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     const fvv_status status = fvv_header_check(&header, r->offset, &r->stop);
     return stop(r, status, 0, 0, "");
   }
-  const uint64_t most = fvv_payload_limit(&r->sequence.limits, header.type);
+  const uint64_t most = fvv_payload_limit(&r->order.limits, header.type);
   if (header.size > most) {
     fvv_fail(&r->stop, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header.type, r->offset,
              "payload of %llu bytes, limit %llu", (unsigned long long)header.size, (unsigned long long)most);
@@ -239,7 +239,7 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     if (!r->finished) return FVV_NEED_DATA;
     fvv_fail(&loss.diagnostic, FVV_ERROR_TRUNCATED, FVV_ISSUE_CHUNK_TRUNCATED, header.type, r->offset,
              "the stream ends inside a chunk: %zu of %llu bytes", available(r), (unsigned long long)extent);
-    fvv_sequence_lost(&r->sequence);
+    fvv_chunk_order_lost(&r->order);
     begin_scan(r, &loss, FVV_CHUNK_HEADER_SIZE);
     return FVV_OK;
   }
@@ -247,7 +247,7 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     return take_chunk(r, &header, event);
   fvv_fail(&loss.diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_PAYLOAD_CRC, header.type, r->offset,
            "CRC of the payload does not match");
-  fvv_sequence_lost(&r->sequence);
+  fvv_chunk_order_lost(&r->order);
   r->wasted += header.size;
   if (r->wasted > WASTE_ALLOWED + WASTE_RATIO * (r->offset - r->start))
     return stop(r, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, r->offset,
@@ -282,7 +282,7 @@ static fvv_status scan(fvv_reader *r, fvv_event *event) {
   const size_t bytes = available(r);
   while (!found && bytes - passed >= FVV_CHUNK_HEADER_SIZE) {
     found = fvv_header_read(&header, here(r) + passed) &&
-            fvv_header_plausible(&header, fvv_payload_limit(&r->sequence.limits, header.type));
+            fvv_header_plausible(&header, fvv_payload_limit(&r->order.limits, header.type));
     passed += !found;
   }
   if (!found && r->finished) passed = bytes;
@@ -297,10 +297,10 @@ static fvv_status scan(fvv_reader *r, fvv_event *event) {
 /* A group that is open is reported once, unless a cut chunk was. */
 static fvv_status end_of_stream(fvv_reader *r, fvv_event *event) {
   r->state = STOPPED;
-  if (!r->sequence.in_group || r->sequence.suspect) return FVV_END;
+  if (!r->order.in_group || r->order.suspect) return FVV_END;
   damage_event(r, event);
   fvv_fail(&event->diagnostic, FVV_ERROR_TRUNCATED, FVV_ISSUE_GROUP_UNFINISHED, 0, r->offset,
-           "the stream ends inside group %u", r->sequence.table.sequence);
+           "the stream ends inside group %u", r->order.table.sequence);
   return FVV_OK;
 }
 

@@ -80,7 +80,7 @@ fvv_status fvv_scene_decode(fvv_scene *scene, const uint8_t *payload, size_t siz
 /* Which kinds may count in ticks of their own: those whose payloads have times. */
 static fvv_status track_check(const fvv_track *track, fvv_status status, fvv_diagnostic *diagnostic) {
   const fvv_rational base = track->time_base;
-  const int free = (track->kind > FVV_TRACK_BACKGROUND && track->kind != FVV_TRACK_COLOURS);
+  const int free = (track->kind > FVV_TRACK_ENVIRONMENT && track->kind != FVV_TRACK_COLOURS);
   if (!base.numerator != !base.denominator || (base.numerator && !free))
     return fvv_fail(diagnostic, status, FVV_ISSUE_TRACK_TIME_BASE, FVV_CHUNK_TRACK,
                     FVV_TRAK_TIME_BASE_NUMERATOR, "time base is %u/%u, expected %s", base.numerator,

@@ -1,14 +1,14 @@
-/* container/writer.c: append-only. Every chunk passes the same rules that a reader applies (sequence.h), so
- * that what is written can be read. The writer never seeks back. */
+/* container/writer.c: append-only. Every chunk passes the same rules that a reader applies (chunk_order.h),
+ * so that what is written can be read. The writer never seeks back. */
 #include "base/bytes.h"
 #include "base/checked.h"
 #include "base/diagnostic.h"
-#include "container/sequence.h"
+#include "container/chunk_order.h"
 
 struct fvv_writer {
   fvv_allocator allocator;
   fvv_output output;
-  fvv_sequence sequence;
+  fvv_chunk_order order;
   fvv_bytes block;  /* the current configuration block, to be repeated */
   uint32_t cameras; /* of the block */
   fvv_bytes scratch;
@@ -35,7 +35,7 @@ fvv_status fvv_writer_create(const fvv_output *output, const fvv_allocator *allo
   fvv_writer *w = *writer;
   w->allocator = w->block.allocator = w->scratch.allocator = chosen;
   w->output = *output;
-  fvv_sequence_init(&w->sequence, NULL, &chosen);
+  fvv_chunk_order_init(&w->order, NULL, &chosen);
   uint8_t header[FVV_FILE_HEADER_SIZE] = {0};
   memcpy(header, FVV_SIGNATURE, 8);
   fvv_put_u16(header + FVV_FILE_HEADER_WRITTEN_MAJOR, FVV_FORMAT_MAJOR);
@@ -54,7 +54,7 @@ fvv_status fvv_writer_create(const fvv_output *output, const fvv_allocator *allo
 void fvv_writer_destroy(fvv_writer *writer) {
   if (!writer) return;
   const fvv_allocator allocator = writer->allocator;
-  fvv_sequence_free(&writer->sequence);
+  fvv_chunk_order_free(&writer->order);
   fvv_bytes_free(&writer->block);
   fvv_bytes_free(&writer->scratch);
   fvv_release(&allocator, writer, sizeof *writer);
@@ -69,15 +69,15 @@ static const uint8_t zeros[8] = {0};
 static fvv_status put_chunk(fvv_writer *w, fvv_chunk_header *header, const void *payload,
                             fvv_diagnostic *diagnostic) {
   if (w->failed) return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, 0, 0, "the output failed before");
-  if (header->size > w->sequence.limits.max_payload)
+  if (header->size > w->order.limits.max_payload)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header->type, 0,
                     "payload has %llu bytes, readers accept %llu", (unsigned long long)header->size,
-                    (unsigned long long)w->sequence.limits.max_payload);
-  header->counter = fvv_sequence_counter(&w->sequence, header->type);
+                    (unsigned long long)w->order.limits.max_payload);
+  header->counter = fvv_chunk_order_counter(&w->order, header->type);
   header->payload_crc = fvv_crc32c(0, payload, (size_t)header->size);
   uint8_t bytes[FVV_CHUNK_HEADER_SIZE];
   fvv_header_write(header, bytes);
-  fvv_status status = fvv_sequence_check(&w->sequence, header, payload, w->position, diagnostic);
+  fvv_status status = fvv_chunk_order_check(&w->order, header, payload, w->position, diagnostic);
   if (status < 0) {
     /* A rule of the stream broken by its writer is the caller's mistake; nothing was written. */
     const fvv_status own =
@@ -90,7 +90,7 @@ static fvv_status put_chunk(fvv_writer *w, fvv_chunk_header *header, const void 
   if (status == FVV_OK) status = put(w, payload, (size_t)header->size, diagnostic);
   if (status == FVV_OK) status = put(w, zeros, (size_t)(fvv_padded(header->size) - header->size), diagnostic);
   if (status < 0) return status;
-  status = fvv_sequence_apply(&w->sequence, header, payload, offset);
+  status = fvv_chunk_order_apply(&w->order, header, payload, offset);
   if (status < 0) {
     w->failed = status;
     return fvv_fail(diagnostic, status, 0, header->type, offset, "%s", fvv_status_text(status));
@@ -99,8 +99,8 @@ static fvv_status put_chunk(fvv_writer *w, fvv_chunk_header *header, const void 
 }
 
 fvv_status fvv_writer_join(fvv_writer *writer, uint32_t sequence) {
-  if (writer->sequence.in_group || writer->sequence.groups.size) return FVV_ERROR_STATE;
-  writer->sequence.next_sequence = sequence;
+  if (writer->order.in_group || writer->order.groups.size) return FVV_ERROR_STATE;
+  writer->order.next_sequence = sequence;
   return FVV_OK;
 }
 
@@ -113,7 +113,7 @@ static fvv_status beyond(uint32_t type, uint64_t count, const char *what, uint64
 
 /* Limits of a block that the order of chunks does not know (clause 13). */
 static fvv_status check_block(const fvv_writer *w, uint32_t type, size_t size, fvv_diagnostic *diagnostic) {
-  const fvv_limits *limits = &w->sequence.limits;
+  const fvv_limits *limits = &w->order.limits;
   if (type == FVV_CHUNK_CAMERA && w->cameras >= limits->max_cameras)
     return beyond(type, (uint64_t)w->cameras + 1, "cameras", limits->max_cameras, diagnostic);
   if (type == FVV_CHUNK_METADATA && size > limits->max_text)
@@ -128,7 +128,7 @@ fvv_status fvv_writer_configuration(fvv_writer *writer, uint32_t type, uint16_t 
   if (place != FVV_PLACE_CONFIGURATION && place != FVV_PLACE_UNKNOWN)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_CHUNK_PLACE, type, 0,
                     "not a chunk of a configuration");
-  if (writer->sequence.in_group)
+  if (writer->order.in_group)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, FVV_ISSUE_GROUP_UNFINISHED, type, 0, "a group is open");
   fvv_chunk_header header = {type, (uint8_t)(flags | fvv_chunk_flags(type)), 0, track, 0, size, 0, 0};
   fvv_status status = check_block(writer, type, size, diagnostic);
@@ -165,12 +165,12 @@ fvv_status fvv_writer_repeat_configuration(fvv_writer *writer, fvv_diagnostic *d
 fvv_status fvv_writer_begin_group(fvv_writer *writer, int64_t start, int64_t end,
                                   fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  const uint64_t groups = writer->sequence.groups.size / sizeof(fvv_index_entry);
-  if (groups >= writer->sequence.limits.max_groups)
-    return beyond(FVV_CHUNK_GROUP, groups + 1, "groups", writer->sequence.limits.max_groups, diagnostic);
+  const uint64_t groups = writer->order.groups.size / sizeof(fvv_index_entry);
+  if (groups >= writer->order.limits.max_groups)
+    return beyond(FVV_CHUNK_GROUP, groups + 1, "groups", writer->order.limits.max_groups, diagnostic);
   uint8_t payload[FVV_GRUP_SIZE];
-  fvv_put_u32(payload + FVV_GRUP_SEQUENCE, writer->sequence.next_sequence);
-  fvv_put_u32(payload + FVV_GRUP_CONFIGURATION_CRC, writer->sequence.configuration_crc);
+  fvv_put_u32(payload + FVV_GRUP_SEQUENCE, writer->order.next_sequence);
+  fvv_put_u32(payload + FVV_GRUP_CONFIGURATION_CRC, writer->order.configuration_crc);
   fvv_put_i64(payload + FVV_GRUP_START, start);
   fvv_put_i64(payload + FVV_GRUP_END, end);
   fvv_chunk_header header = {
@@ -184,7 +184,7 @@ fvv_status fvv_writer_chunk(fvv_writer *writer, uint32_t type, uint16_t track, u
   const fvv_place place = fvv_chunk_place(type, flags);
   if (place != FVV_PLACE_FRAME && place != FVV_PLACE_UNKNOWN)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_CHUNK_PLACE, type, 0, "not a chunk of a frame");
-  if (!writer->sequence.in_group)
+  if (!writer->order.in_group)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, FVV_ISSUE_CHUNK_PLACE, type, 0, "no group is open");
   fvv_chunk_header header = {type, (uint8_t)(flags | fvv_chunk_flags(type)), 0, track, time, size, 0, 0};
   return put_chunk(writer, &header, payload, diagnostic);
@@ -192,15 +192,15 @@ fvv_status fvv_writer_chunk(fvv_writer *writer, uint32_t type, uint16_t track, u
 
 fvv_status fvv_writer_end_group(fvv_writer *writer, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  if (!writer->sequence.in_group)
+  if (!writer->order.in_group)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, FVV_ISSUE_CHUNK_PLACE, 0, 0, "no group is open");
-  const fvv_status status = fvv_group_table_encode(&writer->sequence.table, &writer->scratch);
+  const fvv_status status = fvv_group_table_encode(&writer->order.table, &writer->scratch);
   if (status < 0) return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");
   fvv_chunk_header header = {FVV_CHUNK_GROUP_END,
                              fvv_chunk_flags(FVV_CHUNK_GROUP_END),
                              0,
                              0,
-                             writer->sequence.group_end,
+                             writer->order.group_end,
                              writer->scratch.size,
                              0,
                              0};
@@ -209,7 +209,7 @@ fvv_status fvv_writer_end_group(fvv_writer *writer, fvv_diagnostic *diagnostic) 
 
 fvv_status fvv_writer_finish(fvv_writer *writer, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  fvv_status status = fvv_sequence_index(&writer->sequence, &writer->scratch);
+  fvv_status status = fvv_chunk_order_index(&writer->order, &writer->scratch);
   if (status < 0) return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");
   fvv_chunk_header index = {FVV_CHUNK_INDEX, 0, 0, 0, 0, writer->scratch.size, 0, 0};
   const uint64_t index_offset = writer->position;

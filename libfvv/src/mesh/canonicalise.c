@@ -456,8 +456,8 @@ static fvv_status hand_over(canonicalising *w, fvv_mesh *mesh) {
       used[v] = EMPTY_SLOT;
       continue;
     }
-    memcpy(mesh->positions + 3 * (size_t)kept, w->points + 3 * (size_t)point_of(w, v),
-           3 * sizeof *mesh->positions);
+    memcpy(mesh->lattice + 3 * (size_t)kept, w->points + 3 * (size_t)point_of(w, v),
+           3 * sizeof *mesh->lattice);
     if (w->texture)
       memcpy(mesh->texture + 2 * (size_t)kept, w->texture + 2 * (size_t)v, 2 * sizeof *mesh->texture);
     if (w->normals)

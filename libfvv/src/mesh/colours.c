@@ -60,11 +60,11 @@ static void sort_by(const uint32_t *from, uint32_t *to, size_t count, int shift)
 }
 
 /* Key of the cell of each vertex. Returns 0 where the mesh extends over too many cells. */
-static int find_keys(cell_grid *g, const int32_t *positions) {
+static int find_keys(cell_grid *g, const int32_t *lattice) {
   int32_t least[3], most[3];
   for (size_t i = 0; i < g->vertex_count; i++)
     for (size_t axis = 0; axis < 3; axis++) {
-      const int32_t p = positions[3 * i + axis];
+      const int32_t p = lattice[3 * i + axis];
       if (!i || p < least[axis]) least[axis] = p;
       if (!i || p > most[axis]) most[axis] = p;
     }
@@ -75,7 +75,7 @@ static int find_keys(cell_grid *g, const int32_t *positions) {
   for (size_t i = 0; i < g->vertex_count; i++) {
     uint32_t key = 0;
     for (size_t axis = 3; axis-- > 0;)
-      key = key << AXIS_BITS | (uint32_t)(divide_down(positions[3 * i + axis], g->size) - least[axis] + 1);
+      key = key << AXIS_BITS | (uint32_t)(divide_down(lattice[3 * i + axis], g->size) - least[axis] + 1);
     g->of[i] = key;
   }
   return 1;
@@ -143,7 +143,7 @@ static fvv_status open_grid(cell_grid *g, const fvv_mesh *mesh, uint32_t size, u
   const size_t scratch_count = 2 * (size_t)mesh->vertex_count;
   g->of = fvv_allocate_array(&g->allocator, mesh->vertex_count, sizeof *g->of);
   if (!g->of) return no_memory(diagnostic);
-  if (!find_keys(g, mesh->positions))
+  if (!find_keys(g, mesh->lattice))
     return fvv_fail(diagnostic, failure, FVV_ISSUE_COLOURS_CELLS, FVV_CHUNK_COLOURS, FVV_COLR_CELL_SIZE,
                     "the mesh extends over more than %d cells of %lu lattice steps", FVV_COLOURS_MAX_EXTENT,
                     (unsigned long)size);
@@ -180,11 +180,11 @@ typedef struct cell_mix {
   uint32_t cell[8], weight[8];
 } cell_mix;
 
-static void mix_of(const cell_grid *g, const int32_t *positions, uint32_t vertex, cell_mix *mix) {
+static void mix_of(const cell_grid *g, const int32_t *lattice, uint32_t vertex, cell_mix *mix) {
   uint32_t own[3], other[3];
   int32_t step[3];
   for (size_t axis = 0; axis < 3; axis++) {
-    const int32_t p = positions[3 * (size_t)vertex + axis];
+    const int32_t p = lattice[3 * (size_t)vertex + axis];
     const uint32_t inside = (uint32_t)(p - divide_down(p, g->size) * g->size);
     const int32_t h = (int32_t)((64 * inside + 32 * (uint32_t)g->size) / (2 * (uint32_t)g->size));
     step[axis] = h >= 32 ? 1 : -1;
@@ -227,7 +227,7 @@ static void to_rgb(const int16_t value[CHANNELS], const fvv_colours_header *head
 static void interpolate(const cell_grid *g, const fvv_mesh *mesh, const uint8_t *cells, uint8_t *colours) {
   cell_mix mix;
   for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-    mix_of(g, mesh->positions, v, &mix);
+    mix_of(g, mesh->lattice, v, &mix);
     for (size_t c = 0; c < 3; c++) {
       uint32_t sum = mix.sum / 2;
       for (uint32_t i = 0; i < mix.count; i++) sum += mix.weight[i] * cells[3 * (size_t)mix.cell[i] + c];
@@ -442,7 +442,7 @@ static void fit_cells(const cell_grid *g, const fvv_mesh *mesh, const uint8_t *c
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
       /* What is given no weight counts where there is nothing else. */
       const double weight = weights ? weights[v] + 1e-3 : 1;
-      mix_of(g, mesh->positions, v, &mix);
+      mix_of(g, mesh->lattice, v, &mix);
       double left[3];
       for (size_t c = 0; c < 3; c++) {
         left[c] = colours[3 * (size_t)v + c];

@@ -29,7 +29,7 @@ static void end_frame(fvv_mesh_sequence *s) {
   const int32_t half = 1 << (FVV_DELTA_FRACTION_BITS - 1);
   const int32_t *from = s->place;
   for (uint32_t i = 0; i < s->mesh.vertex_count; i++, from += 3) {
-    int32_t *to = s->mesh.positions + 3 * (size_t)s->hierarchy.order[i];
+    int32_t *to = s->mesh.lattice + 3 * (size_t)s->hierarchy.order[i];
     for (int a = 0; a < 3; a++) to[a] = (int32_t)fvv_shift_right(from[a] + half, FVV_DELTA_FRACTION_BITS);
   }
   if (s->sent_normals) turn_normals(s);
@@ -197,7 +197,7 @@ static int encode_vertex(fvv_mesh_sequence *s, fvv_range_encoder *e, fvv_delta_m
 /* Appends the bytes of a level, or none when no vertex of it has a residual: then its model learns nothing,
  * as in the decoder. */
 static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, fvv_delta_level *coded,
-                               const int32_t *positions, fvv_bytes *data) {
+                               const int32_t *lattice, fvv_bytes *data) {
   const size_t begin = data->size;
   const fvv_delta_model former = s->models[level];
   fvv_range_encoder e;
@@ -205,7 +205,7 @@ static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, fvv_delta_l
   int some = 0;
   const uint32_t end = s->hierarchy.level_end[level];
   for (uint32_t i = fvv_delta_level_begin(s, level); i < end; i++)
-    some |= encode_vertex(s, &e, &s->models[level], i, coded, positions + 3 * (size_t)s->hierarchy.order[i]);
+    some |= encode_vertex(s, &e, &s->models[level], i, coded, lattice + 3 * (size_t)s->hierarchy.order[i]);
   const fvv_status status = fvv_range_encoder_finish(&e);
   if (status != FVV_OK) return status;
   if (!some) {
@@ -251,7 +251,7 @@ static fvv_status put_payload(const fvv_mesh_sequence *s, const fvv_delta_frame 
   return status == FVV_OK ? fvv_bytes_append(payload, data->data, data->size) : status;
 }
 
-static fvv_status check(const fvv_mesh_sequence *s, const int32_t *positions,
+static fvv_status check(const fvv_mesh_sequence *s, const int32_t *lattice,
                         const fvv_mesh_delta_options *options, fvv_diagnostic *diagnostic) {
   if (s->broken)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, 0, 0,
@@ -260,13 +260,13 @@ static fvv_status check(const fvv_mesh_sequence *s, const int32_t *positions,
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "an error of %lu steps is allowed, at most %d",
                     (unsigned long)options->max_error, FVV_DELTA_ERROR_MAX);
   for (size_t i = 0; i < 3 * (size_t)s->mesh.vertex_count; i++)
-    if (positions[i] > FVV_LATTICE_MAX || positions[i] < -FVV_LATTICE_MAX)
+    if (lattice[i] > FVV_LATTICE_MAX || lattice[i] < -FVV_LATTICE_MAX)
       return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
-                      "vertex %zu: %c index %ld is outside +-2^28", i / 3, "xyz"[i % 3], (long)positions[i]);
+                      "vertex %zu: %c index %ld is outside +-2^28", i / 3, "xyz"[i % 3], (long)lattice[i]);
   return FVV_OK;
 }
 
-fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *positions,
+fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *lattice,
                                     const fvv_mesh_delta_options *options, fvv_bytes *payload,
                                     fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -277,13 +277,13 @@ fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *
   fvv_mesh_delta_options_default(&chosen);
   if (options)
     memcpy(&chosen, options, options->struct_size < sizeof chosen ? options->struct_size : sizeof chosen);
-  fvv_status status = check(s, positions, &chosen, diagnostic);
+  fvv_status status = check(s, lattice, &chosen, diagnostic);
   if (status != FVV_OK) return status;
   fvv_delta_frame frame;
   choose_steps(s, &chosen, &frame);
   fvv_bytes data = {NULL, 0, 0, s->allocator};
   for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
-    status = encode_level(s, k, &frame.level[k], positions, &data);
+    status = encode_level(s, k, &frame.level[k], lattice, &data);
   if (status == FVV_OK) status = put_payload(s, &frame, &data, payload);
   fvv_bytes_free(&data);
   if (status != FVV_OK) {

@@ -109,7 +109,7 @@ typedef struct build {
 static uint64_t squared_distance(const build *b, uint32_t v, uint32_t w) {
   uint64_t sum = 0;
   for (size_t a = 0; a < 3; a++) {
-    const int64_t u = (int64_t)b->key->positions[3 * (size_t)v + a] - b->key->positions[3 * (size_t)w + a];
+    const int64_t u = (int64_t)b->key->lattice[3 * (size_t)v + a] - b->key->lattice[3 * (size_t)w + a];
     sum += (uint64_t)(u * u);
   }
   return sum;
@@ -118,7 +118,7 @@ static uint64_t squared_distance(const build *b, uint32_t v, uint32_t w) {
 /* Finds the lowest vertex of each lattice point. table: slots entries. */
 static void find_points(build *b, uint32_t *table, uint64_t slots) {
   const uint32_t n = b->key->vertex_count;
-  const int32_t *p = b->key->positions;
+  const int32_t *p = b->key->lattice;
   /* From all positions: they cannot be laid out to share slots by a fixed rule. */
   uint64_t seed = 0;
   for (size_t i = 0; i < 3 * (size_t)n; i++) seed = fvv_mix(seed ^ (uint32_t)p[i]);
@@ -127,7 +127,7 @@ static void find_points(build *b, uint32_t *table, uint64_t slots) {
     uint64_t slot =
         fvv_hash3((uint32_t)p[0] ^ (uint32_t)seed, (uint32_t)p[1] ^ (uint32_t)(seed >> 32), (uint32_t)p[2]) &
         (slots - 1);
-    while (table[slot] != NONE && memcmp(b->key->positions + 3 * (size_t)table[slot], p, 3 * sizeof *p))
+    while (table[slot] != NONE && memcmp(b->key->lattice + 3 * (size_t)table[slot], p, 3 * sizeof *p))
       slot = (slot + 1) & (slots - 1);
     if (table[slot] == NONE) table[slot] = v;
     b->lowest[v] = table[slot];
@@ -210,7 +210,7 @@ static void set_stencil(const build *b, uint32_t v, const uint32_t *nodes, uint3
   for (uint32_t i = 0; i < count; i++)
     for (size_t a = 0; a < 3; a++) {
       const int64_t u =
-          (int64_t)b->key->positions[3 * (size_t)nodes[i] + a] - b->key->positions[3 * (size_t)v + a];
+          (int64_t)b->key->lattice[3 * (size_t)nodes[i] + a] - b->key->lattice[3 * (size_t)v + a];
       offsets[i][a] = u;
       most |= u < 0 ? -u : u;
     }

@@ -30,10 +30,10 @@ fvv_status broken(fvv_diagnostic *diagnostic, uint32_t issue, const char *text) 
 }
 
 bool is_wide(const fvv_mesh &mesh) {
-  int32_t low = mesh.positions[0], high = low;
+  int32_t low = mesh.lattice[0], high = low;
   for (size_t i = 0; i < 3 * size_t(mesh.vertex_count); i++) {
-    low = std::min(low, mesh.positions[i]);
-    high = std::max(high, mesh.positions[i]);
+    low = std::min(low, mesh.lattice[i]);
+    high = std::max(high, mesh.lattice[i]);
   }
   return int64_t(high) - low >= wide_extent;
 }
@@ -75,7 +75,7 @@ void fill(const fvv_mesh &mesh, draco::Mesh *out) {
     out->SetFace(draco::FaceIndex(f), face);
   }
   out->set_num_points(mesh.vertex_count);
-  add_attribute(draco::GeometryAttribute::POSITION, 3, mesh.positions, mesh.vertex_count, out);
+  add_attribute(draco::GeometryAttribute::POSITION, 3, mesh.lattice, mesh.vertex_count, out);
   if (mesh.texture)
     add_attribute(draco::GeometryAttribute::TEX_COORD, 2, mesh.texture, mesh.vertex_count, out);
   if (mesh.normals) add_attribute(draco::GeometryAttribute::NORMAL, 2, mesh.normals, mesh.vertex_count, out);
@@ -136,7 +136,7 @@ fvv_status copy_attributes(const draco::Mesh &decoded, fvv_mesh *mesh, fvv_diagn
     return broken(diagnostic, FVV_ISSUE_DRACO_ATTRIBUTE, "Draco yields other attributes than were declared");
   const uint32_t count = mesh->vertex_count;
   fvv_status status =
-      copy_attribute<3>(decoded, draco::GeometryAttribute::POSITION, count, mesh->positions, diagnostic);
+      copy_attribute<3>(decoded, draco::GeometryAttribute::POSITION, count, mesh->lattice, diagnostic);
   if (status == FVV_OK && mesh->texture)
     status =
         copy_attribute<2>(decoded, draco::GeometryAttribute::TEX_COORD, count, mesh->texture, diagnostic);

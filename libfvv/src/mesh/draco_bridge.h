@@ -21,7 +21,7 @@ typedef enum fvv_draco_coding {
 FVV_MUST_USE fvv_status fvv_draco_encode(const fvv_mesh *mesh, int level, fvv_draco_coding coding,
                                          fvv_bytes *bytes, fvv_diagnostic *diagnostic);
 
-/* Decodes what fvv_draco_check let through into mesh->positions, mesh->faces and, unless NULL, mesh->texture
+/* Decodes what fvv_draco_check let through into mesh->lattice, mesh->faces and, unless NULL, mesh->texture
  * and mesh->normals, which have room for the mesh's counts. Checks that Draco yields these counts, just these
  * attributes and no byte less than all. Says nothing about the values. */
 FVV_MUST_USE fvv_status fvv_draco_decode(const uint8_t *data, size_t size, fvv_mesh *mesh,

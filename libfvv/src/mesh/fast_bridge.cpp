@@ -31,7 +31,7 @@ std::vector<uint8_t> interleaved(const fvv_mesh &mesh, size_t stride, const std:
   std::vector<uint8_t> out(mesh.vertex_count * stride);
   for (size_t v = 0; v < mesh.vertex_count; v++) {
     uint8_t *vertex = out.data() + remap[v] * stride;
-    for (size_t a = 0; a < 3; a++) fvv_put_u32(vertex + 4 * a, uint32_t(mesh.positions[3 * v + a]));
+    for (size_t a = 0; a < 3; a++) fvv_put_u32(vertex + 4 * a, uint32_t(mesh.lattice[3 * v + a]));
     uint8_t *pair = vertex + FVV_FAST_POSITION;
     for (size_t a = 0; mesh.texture && a < 2; a++, pair += 4) fvv_put_u32(pair, mesh.texture[2 * v + a]);
     for (size_t a = 0; mesh.normals && a < 2; a++, pair += 4) fvv_put_u32(pair, mesh.normals[2 * v + a]);

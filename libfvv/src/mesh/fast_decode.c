@@ -23,10 +23,10 @@ static int32_t read_i32(const uint8_t *p) {
 static fvv_status decode_positions(const fvv_fast_streams *streams, fvv_mesh *mesh,
                                    fvv_diagnostic *diagnostic) {
   if (!fvv_fast_decode_vertices(streams->vertices, streams->vertices_size, FVV_FAST_POSITION,
-                                mesh->vertex_count, mesh->positions))
+                                mesh->vertex_count, mesh->lattice))
     return broken_vertices(diagnostic);
   for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
-    mesh->positions[i] = read_i32((const uint8_t *)&mesh->positions[i]);
+    mesh->lattice[i] = read_i32((const uint8_t *)&mesh->lattice[i]);
   return FVV_OK;
 }
 
@@ -38,7 +38,7 @@ static fvv_status decode_attributes(const fvv_fast_streams *streams, uint8_t *ve
   const size_t normals = FVV_FAST_POSITION + (mesh->texture ? FVV_FAST_PAIR : 0);
   const uint8_t *p = vertices;
   for (size_t v = 0; v < mesh->vertex_count; v++, p += stride) {
-    for (size_t a = 0; a < 3; a++) mesh->positions[3 * v + a] = read_i32(p + 4 * a);
+    for (size_t a = 0; a < 3; a++) mesh->lattice[3 * v + a] = read_i32(p + 4 * a);
     for (size_t a = 0; mesh->texture && a < 2; a++)
       mesh->texture[2 * v + a] = fvv_get_u32(p + FVV_FAST_POSITION + 4 * a);
     for (size_t a = 0; mesh->normals && a < 2; a++)

@@ -79,20 +79,20 @@ fvv_status fvv_lattice_from_metres(const double origin[3], double step, const do
 
 int fvv_mesh_allocate(fvv_mesh *mesh) {
   const fvv_allocator *allocator = &mesh->allocator;
-  mesh->positions = fvv_allocate_array(allocator, mesh->vertex_count, 3 * sizeof *mesh->positions);
+  mesh->lattice = fvv_allocate_array(allocator, mesh->vertex_count, 3 * sizeof *mesh->lattice);
   mesh->faces = fvv_allocate_array(allocator, mesh->face_count, 3 * sizeof *mesh->faces);
   if (mesh->texture_bits)
     mesh->texture = fvv_allocate_array(allocator, mesh->vertex_count, 2 * sizeof *mesh->texture);
   if (mesh->normal_bits)
     mesh->normals = fvv_allocate_array(allocator, mesh->vertex_count, 2 * sizeof *mesh->normals);
-  return mesh->positions && mesh->faces && (mesh->texture || !mesh->texture_bits) &&
+  return mesh->lattice && mesh->faces && (mesh->texture || !mesh->texture_bits) &&
          (mesh->normals || !mesh->normal_bits);
 }
 
 void fvv_mesh_free(fvv_mesh *mesh) {
   if (mesh->allocator.resize) {
     const size_t vertices = mesh->vertex_count, faces = mesh->face_count;
-    fvv_release(&mesh->allocator, mesh->positions, vertices * 3 * sizeof *mesh->positions);
+    fvv_release(&mesh->allocator, mesh->lattice, vertices * 3 * sizeof *mesh->lattice);
     fvv_release(&mesh->allocator, mesh->faces, faces * 3 * sizeof *mesh->faces);
     fvv_release(&mesh->allocator, mesh->texture, vertices * 2 * sizeof *mesh->texture);
     fvv_release(&mesh->allocator, mesh->normals, vertices * 2 * sizeof *mesh->normals);
@@ -112,7 +112,7 @@ fvv_status fvv_mesh_copy(const fvv_mesh *mesh, const fvv_allocator *allocator, f
     return FVV_ERROR_MEMORY;
   }
   const size_t vertices = mesh->vertex_count;
-  memcpy(copy->positions, mesh->positions, vertices * 3 * sizeof *mesh->positions);
+  memcpy(copy->lattice, mesh->lattice, vertices * 3 * sizeof *mesh->lattice);
   memcpy(copy->faces, mesh->faces, (size_t)mesh->face_count * 3 * sizeof *mesh->faces);
   if (copy->texture) memcpy(copy->texture, mesh->texture, vertices * 2 * sizeof *mesh->texture);
   if (copy->normals) memcpy(copy->normals, mesh->normals, vertices * 2 * sizeof *mesh->normals);
@@ -144,10 +144,10 @@ static uint64_t face_offset(fvv_mesh_origin origin, const fvv_mesh *mesh, uint64
 
 static fvv_status check_positions(const fvv_mesh *mesh, fvv_mesh_origin origin, fvv_diagnostic *diagnostic) {
   for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
-    if (mesh->positions[i] < -FVV_LATTICE_MAX || mesh->positions[i] > FVV_LATTICE_MAX)
+    if (mesh->lattice[i] < -FVV_LATTICE_MAX || mesh->lattice[i] > FVV_LATTICE_MAX)
       return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_LATTICE, FVV_CHUNK_MESH,
                       position_offset(origin, i / 3), "vertex %zu: %c index %ld is outside +-2^28", i / 3,
-                      "xyz"[i % 3], (long)mesh -> positions[i]);
+                      "xyz"[i % 3], (long)mesh -> lattice[i]);
   return FVV_OK;
 }
 

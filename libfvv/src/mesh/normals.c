@@ -83,8 +83,8 @@ void fvv_normals_to_floats(uint8_t bits, const uint32_t *indices, size_t count, 
 
 /* Differences of lattice indices are at most 2^29, products 2^58: exact before the one rounding to double. */
 static void add_face(const fvv_mesh *mesh, const uint32_t *face, const uint32_t *first, double *sums) {
-  const int32_t *a = mesh->positions + 3 * (size_t)face[0], *b = mesh->positions + 3 * (size_t)face[1],
-                *c = mesh->positions + 3 * (size_t)face[2];
+  const int32_t *a = mesh->lattice + 3 * (size_t)face[0], *b = mesh->lattice + 3 * (size_t)face[1],
+                *c = mesh->lattice + 3 * (size_t)face[2];
   int64_t u[3], v[3];
   for (int k = 0; k < 3; k++) {
     u[k] = (int64_t)b[k] - a[k];
@@ -142,10 +142,10 @@ int fvv_normal_turn(const double before[3], const double after[3], double normal
 /* For each vertex the first one on its point. table: slots entries, all UINT32_MAX. */
 static void join(const fvv_mesh *mesh, uint32_t *table, uint64_t slots, uint32_t *first) {
   for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-    const int32_t *p = mesh->positions + 3 * (size_t)v;
+    const int32_t *p = mesh->lattice + 3 * (size_t)v;
     uint64_t slot = fvv_hash3((uint32_t)p[0], (uint32_t)p[1], (uint32_t)p[2]) & (slots - 1);
     while (table[slot] != UINT32_MAX &&
-           memcmp(mesh->positions + 3 * (size_t)table[slot], p, 3 * sizeof *p) != 0)
+           memcmp(mesh->lattice + 3 * (size_t)table[slot], p, 3 * sizeof *p) != 0)
       slot = (slot + 1) & (slots - 1);
     if (table[slot] == UINT32_MAX) table[slot] = v;
     first[v] = table[slot];

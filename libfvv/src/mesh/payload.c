@@ -126,7 +126,7 @@ static void read_raw(const uint8_t *data, fvv_mesh *mesh) {
   const size_t vertices = mesh->vertex_count, corners = 3 * (size_t)mesh->face_count;
   for (size_t i = 0; i < 3 * vertices; i++, data += 4) {
     const uint32_t bits = fvv_get_u32(data);
-    memcpy(&mesh->positions[i], &bits, sizeof bits);
+    memcpy(&mesh->lattice[i], &bits, sizeof bits);
   }
   for (size_t i = 0; mesh->texture && i < 2 * vertices; i++, data += 4) mesh->texture[i] = fvv_get_u32(data);
   for (size_t i = 0; mesh->normals && i < 2 * vertices; i++, data += 4) mesh->normals[i] = fvv_get_u32(data);
@@ -201,7 +201,7 @@ static fvv_status encode_raw(const fvv_mesh *mesh, fvv_bytes *payload) {
   put_counts(payload, mesh->vertex_count, mesh->face_count);
   uint8_t *p = payload->data + payload->size;
   for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++, p += 4)
-    fvv_put_u32(p, (uint32_t)mesh->positions[i]);
+    fvv_put_u32(p, (uint32_t)mesh->lattice[i]);
   for (size_t i = 0; mesh->texture && i < 2 * (size_t)mesh->vertex_count; i++, p += 4)
     fvv_put_u32(p, mesh->texture[i]);
   for (size_t i = 0; mesh->normals && i < 2 * (size_t)mesh->vertex_count; i++, p += 4)
@@ -212,7 +212,7 @@ static fvv_status encode_raw(const fvv_mesh *mesh, fvv_bytes *payload) {
 }
 
 static uint64_t vertex_hash(const fvv_mesh *mesh, uint32_t vertex) {
-  const int32_t *p = mesh->positions + 3 * (size_t)vertex;
+  const int32_t *p = mesh->lattice + 3 * (size_t)vertex;
   uint64_t hash = fvv_hash3((uint32_t)p[0], (uint32_t)p[1], (uint32_t)p[2]);
   const uint32_t *const pairs[2] = {mesh->texture, mesh->normals};
   for (int i = 0; i < 2; i++) {
@@ -366,14 +366,14 @@ fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level, con
  * of its vertices, says after decoding which vertex is where. That is checked, not believed. */
 
 /* The numbered mesh as its decoder yields it. Faces, texture coordinates and normals are borrowed from mesh,
- * positions are the caller's: 3 * vertex_count. */
+ * lattice is the caller's: 3 * vertex_count. */
 static fvv_status code_numbers(const fvv_mesh *mesh, uint8_t profile, int level, fvv_draco_coding coding,
-                               int32_t *positions, const fvv_mesh *decoded, fvv_bytes *bytes,
+                               int32_t *lattice, const fvv_mesh *decoded, fvv_bytes *bytes,
                                fvv_mesh *numbered, fvv_diagnostic *diagnostic) {
   fvv_mesh source = *mesh;
-  source.positions = positions;
-  memset(positions, 0, 3 * (size_t)mesh->vertex_count * sizeof *positions);
-  for (uint32_t v = 0; v < mesh->vertex_count; v++) positions[3 * (size_t)v] = (int32_t)v;
+  source.lattice = lattice;
+  memset(lattice, 0, 3 * (size_t)mesh->vertex_count * sizeof *lattice);
+  for (uint32_t v = 0; v < mesh->vertex_count; v++) lattice[3 * (size_t)v] = (int32_t)v;
   fvv_status status;
   if (profile == FVV_MESH_FAST) {
     status = fvv_mesh_encode(&source, profile, level, &bytes->allocator, bytes, diagnostic);
@@ -392,8 +392,8 @@ static fvv_status code_numbers(const fvv_mesh *mesh, uint8_t profile, int level,
 }
 
 static int same_vertex(const fvv_mesh *decoded, uint32_t i, const fvv_mesh *mesh, uint32_t j) {
-  return !memcmp(decoded->positions + 3 * (size_t)i, mesh->positions + 3 * (size_t)j,
-                 3 * sizeof *mesh->positions) &&
+  return !memcmp(decoded->lattice + 3 * (size_t)i, mesh->lattice + 3 * (size_t)j,
+                 3 * sizeof *mesh->lattice) &&
          (!mesh->texture || !memcmp(decoded->texture + 2 * (size_t)i, mesh->texture + 2 * (size_t)j,
                                     2 * sizeof *mesh->texture)) &&
          (!mesh->normals || !memcmp(decoded->normals + 2 * (size_t)i, mesh->normals + 2 * (size_t)j,
@@ -405,7 +405,7 @@ static fvv_status read_numbers(const fvv_mesh *mesh, const fvv_mesh *decoded, co
   int same =
       !memcmp(decoded->faces, numbered->faces, 3 * (size_t)decoded->face_count * sizeof *decoded->faces);
   for (uint32_t v = 0; v < decoded->vertex_count && same; v++) {
-    const int32_t number = numbered->positions[3 * (size_t)v];
+    const int32_t number = numbered->lattice[3 * (size_t)v];
     same = number >= 0 && (uint32_t)number < mesh->vertex_count &&
            same_vertex(decoded, v, mesh, (uint32_t)number);
     vertices[v] = (uint32_t)number;
@@ -419,17 +419,17 @@ static fvv_status find_order(const fvv_mesh *mesh, uint8_t profile, int level, f
                              const fvv_allocator *memory, const fvv_mesh *decoded, uint32_t *vertices,
                              fvv_diagnostic *diagnostic) {
   const size_t size = 3 * (size_t)mesh->vertex_count * sizeof(int32_t);
-  int32_t *positions = fvv_allocate(memory, size);
+  int32_t *lattice = fvv_allocate(memory, size);
   fvv_bytes bytes = {0};
   bytes.allocator = *memory;
   fvv_mesh numbered = {0};
-  fvv_status status = positions ? FVV_OK : no_memory(mesh, diagnostic);
+  fvv_status status = lattice ? FVV_OK : no_memory(mesh, diagnostic);
   if (status == FVV_OK)
-    status = code_numbers(mesh, profile, level, coding, positions, decoded, &bytes, &numbered, diagnostic);
+    status = code_numbers(mesh, profile, level, coding, lattice, decoded, &bytes, &numbered, diagnostic);
   if (status == FVV_OK) status = read_numbers(mesh, decoded, &numbered, vertices, diagnostic);
   fvv_mesh_free(&numbered);
   fvv_bytes_free(&bytes);
-  fvv_release(memory, positions, size);
+  fvv_release(memory, lattice, size);
   return status;
 }
 

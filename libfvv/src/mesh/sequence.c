@@ -40,7 +40,7 @@ static fvv_status allocate(fvv_mesh_sequence *s, const fvv_mesh *key) {
 
 static void start(fvv_mesh_sequence *s) {
   for (uint32_t i = 0; i < s->mesh.vertex_count; i++) {
-    const int32_t *from = s->mesh.positions + 3 * (size_t)s->hierarchy.order[i];
+    const int32_t *from = s->mesh.lattice + 3 * (size_t)s->hierarchy.order[i];
     for (size_t a = 0; a < 3; a++) s->place[3 * (size_t)i + a] = from[a] * (1 << FVV_DELTA_FRACTION_BITS);
     s->before[i] = FVV_DELTA_NO_RESIDUALS;
   }

@@ -8,10 +8,10 @@
 #include "stream/tracks.h"
 
 /* Zero-initialise. */
-typedef struct checked_background {
+typedef struct checked_environment {
   uint64_t size; /* of the last intact chunk; 0: none */
   uint32_t crc, digest;
-} checked_background;
+} checked_environment;
 
 /* Zero-initialise; reset in the end. */
 typedef struct checked_calibration {
@@ -50,24 +50,24 @@ typedef struct checked_tiles {
   uint64_t lost_in; /* the group, counted from 1, whose layout is wrong: its samples cannot be used */
 } checked_tiles;
 
-static fvv_status judge_meshes(const fvv_background *background, const fvv_limits *limits,
+static fvv_status judge_meshes(const fvv_environment *environment, const fvv_limits *limits,
                                const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
   fvv_status status = FVV_OK;
-  for (size_t i = 0; i < background->part_count && status == FVV_OK; i++) {
+  for (size_t i = 0; i < environment->part_count && status == FVV_OK; i++) {
     fvv_mesh mesh;
-    status = fvv_background_mesh(background, i, limits, allocator, &mesh, diagnostic);
+    status = fvv_environment_mesh(environment, i, limits, allocator, &mesh, diagnostic);
     fvv_mesh_free(&mesh);
   }
   return status;
 }
 
-static void count_background(const fvv_background *background, fvv_track_summary *counts) {
-  counts->parts = (uint32_t)background->part_count;
-  counts->pictures = (uint32_t)background->picture_count;
-  counts->lights = (uint32_t)background->light_count;
+static void count_environment(const fvv_environment *environment, fvv_track_summary *counts) {
+  counts->parts = (uint32_t)environment->part_count;
+  counts->pictures = (uint32_t)environment->picture_count;
+  counts->lights = (uint32_t)environment->light_count;
   counts->vertices = counts->faces = 0;
-  for (size_t i = 0; i < background->part_count; i++) {
-    const fvv_background_part *part = &background->parts[i];
+  for (size_t i = 0; i < environment->part_count; i++) {
+    const fvv_environment_part *part = &environment->parts[i];
     fvv_mesh_header header;
     if (fvv_mesh_peek(part->mesh, part->mesh_size, NULL, &header, NULL) != FVV_OK) continue;
     counts->vertices += header.vertex_count;
@@ -77,29 +77,30 @@ static void count_background(const fvv_background *background, fvv_track_summary
 
 /* Checks an intact BACK chunk; with decode, its meshes too. digest: of the configuration, from GRUP. *counts
  * gets what it holds. Offsets of diagnostics are relative to the payload. */
-static fvv_status judge_background(checked_background *background, const fvv_event *event, uint32_t digest,
-                                   int decode, const fvv_limits *limits, const fvv_allocator *allocator,
-                                   fvv_track_summary *counts, fvv_diagnostic *diagnostic) {
+static fvv_status judge_environment(checked_environment *environment, const fvv_event *event, uint32_t digest,
+                                    int decode, const fvv_limits *limits, const fvv_allocator *allocator,
+                                    fvv_track_summary *counts, fvv_diagnostic *diagnostic) {
   const fvv_chunk_header *chunk = &event->chunk;
   if (!(chunk->flags & FVV_FLAG_KEY))
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_BACKGROUND_KEY, FVV_CHUNK_BACKGROUND, 0,
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_ENVIRONMENT_KEY, FVV_CHUNK_ENVIRONMENT, 0,
                     "the chunk does not have the key flag");
-  const int repeats = background->size && background->digest == digest;
-  const int same = background->size == chunk->size && background->crc == chunk->payload_crc;
+  const int repeats = environment->size && environment->digest == digest;
+  const int same = environment->size == chunk->size && environment->crc == chunk->payload_crc;
   if (repeats && same) return FVV_OK;
-  background->size = chunk->size;
-  background->crc = chunk->payload_crc;
-  background->digest = digest;
+  environment->size = chunk->size;
+  environment->crc = chunk->payload_crc;
+  environment->digest = digest;
   if (repeats)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_BACKGROUND_SAME, FVV_CHUNK_BACKGROUND, 0,
-                    "track %u has another background than before under the same configuration", chunk->track);
-  fvv_background decoded;
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_ENVIRONMENT_SAME, FVV_CHUNK_ENVIRONMENT, 0,
+                    "track %u has another environment than before under the same configuration",
+                    chunk->track);
+  fvv_environment decoded;
   fvv_status status =
-      fvv_background_decode(event->payload, (size_t)chunk->size, limits, allocator, &decoded, diagnostic);
+      fvv_environment_decode(event->payload, (size_t)chunk->size, limits, allocator, &decoded, diagnostic);
   if (status != FVV_OK) return status;
-  count_background(&decoded, counts);
+  count_environment(&decoded, counts);
   if (decode) status = judge_meshes(&decoded, limits, allocator, diagnostic);
-  fvv_background_free(&decoded);
+  fvv_environment_free(&decoded);
   return status;
 }
 
@@ -374,7 +375,7 @@ typedef struct checked_track {
   checked_visibility visibility;
   checked_tiles tiles;
   checked_audio audio;
-  checked_background background;
+  checked_environment environment;
 } checked_track;
 
 struct fvv_checker {
@@ -579,9 +580,9 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
   if (event->chunk.type == FVV_CHUNK_AUDIO && configuration)
     return judge_audio(&track->audio, event, c->summary.groups, c->group_end, configuration, &track->summary,
                        diagnostic);
-  if (event->chunk.type == FVV_CHUNK_BACKGROUND)
-    return judge_background(&track->background, event, c->digest, c->options.decode, &c->limits,
-                            &c->allocator, &track->summary, diagnostic);
+  if (event->chunk.type == FVV_CHUNK_ENVIRONMENT)
+    return judge_environment(&track->environment, event, c->digest, c->options.decode, &c->limits,
+                             &c->allocator, &track->summary, diagnostic);
   if (!c->options.decode || !configuration) return FVV_OK;
   if (event->chunk.type == FVV_CHUNK_CALIBRATION)
     return judge_calibration(&track->calibration, event, c->block, c->summary.groups, configuration,

@@ -8,9 +8,9 @@
 #include "base/checked.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
+#include "container/chunk_order.h"
 #include "container/header.h"
 #include "container/reader.h"
-#include "container/sequence.h"
 #include "stream/configuration.h"
 
 /* A frame as its chunks arrive. Payloads lie one after the other, each from a multiple of 8 bytes on. */
@@ -315,14 +315,14 @@ static int has_key_mesh(const fvv_frames *f) {
 
 /* Whether nothing more can belong to the current frame: it has a chunk of every track, and no track has two
  * at one time (clause 6.2). Only key meshes have colours, and no frame consists of colours alone. Sound comes
- * after the frame. With a background track it waits, as few frames have a chunk of that. */
+ * after the frame. With an environment track it waits, as few frames have a chunk of that. */
 static int is_complete(const fvv_frames *f) {
   const fvv_configuration *c = f->configuration;
   size_t present = 0;
   for (size_t i = 0; i < c->track_count; i++) {
     const uint8_t kind = c->tracks[i].kind;
-    if (kind == FVV_TRACK_BACKGROUND) return 0;
-    if (kind > FVV_TRACK_BACKGROUND && kind != FVV_TRACK_COLOURS) continue;
+    if (kind == FVV_TRACK_ENVIRONMENT) return 0;
+    if (kind > FVV_TRACK_ENVIRONMENT && kind != FVV_TRACK_COLOURS) continue;
     const int has = has_chunk_of(f, c->tracks[i].id);
     if (!has && (kind != FVV_TRACK_COLOURS || has_key_mesh(f))) return 0;
     present += has && kind != FVV_TRACK_COLOURS;

@@ -651,10 +651,10 @@ fvv_status fvv_stream_colours(fvv_stream *stream, size_t frame, uint16_t mesh_tr
 /* The environment of a group: in the group itself, or where clause 18.5 has a writer put it. At most three
  * tables of groups are read; the stream is never scanned. */
 
-static void release_background(fvv_stream *stream) {
-  fvv_background_free(&stream->background);
-  fvv_bytes_free(&stream->background_payload);
-  stream->background_chunk = 0;
+static void release_environment(fvv_stream *stream) {
+  fvv_environment_free(&stream->environment);
+  fvv_bytes_free(&stream->environment_payload);
+  stream->environment_chunk = 0;
 }
 
 /* *digest: of the configuration block. FVV_END: the group's GRUP is not intact. */
@@ -691,58 +691,58 @@ static fvv_status first_of_configuration(fvv_stream *s, size_t *group, fvv_diagn
 }
 
 /* FVV_END: the group has none of the track. */
-static fvv_status find_background_in(fvv_stream *s, size_t group, uint16_t track,
-                                     const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic) {
+static fvv_status find_environment_in(fvv_stream *s, size_t group, uint16_t track,
+                                      const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic) {
   size_t count;
   const fvv_status status = fvv_file_group_chunks(s->file, group, chunk, &count, diagnostic);
   if (status < 0) return status;
   for (; count; (*chunk)++, count--)
-    if ((*chunk)->type == FVV_CHUNK_BACKGROUND && (*chunk)->track == track) return FVV_OK;
+    if ((*chunk)->type == FVV_CHUNK_ENVIRONMENT && (*chunk)->track == track) return FVV_OK;
   return FVV_END;
 }
 
-static fvv_status load_background(fvv_stream *s, const fvv_chunk_info *chunk, fvv_diagnostic *diagnostic) {
+static fvv_status load_environment(fvv_stream *s, const fvv_chunk_info *chunk, fvv_diagnostic *diagnostic) {
   const uint8_t *payload;
-  release_background(s);
+  release_environment(s);
   fvv_status status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
   if (status < 0) return status;
-  s->background_payload.allocator = s->allocator;
-  if (fvv_bytes_append(&s->background_payload, payload, (size_t)chunk->size) != FVV_OK)
-    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_BACKGROUND, chunk->offset,
-                    "out of memory for a background of %llu bytes", (unsigned long long)chunk->size);
-  status = fvv_background_decode(s->background_payload.data, (size_t)chunk->size, &s->limits, &s->allocator,
-                                 &s->background, diagnostic);
+  s->environment_payload.allocator = s->allocator;
+  if (fvv_bytes_append(&s->environment_payload, payload, (size_t)chunk->size) != FVV_OK)
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_ENVIRONMENT, chunk->offset,
+                    "out of memory for an environment of %llu bytes", (unsigned long long)chunk->size);
+  status = fvv_environment_decode(s->environment_payload.data, (size_t)chunk->size, &s->limits, &s->allocator,
+                                  &s->environment, diagnostic);
   if (status == FVV_OK)
-    s->background_chunk = chunk->offset;
+    s->environment_chunk = chunk->offset;
   else
-    fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_BACKGROUND);
+    fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_ENVIRONMENT);
   return status;
 }
 
-fvv_status fvv_stream_find_background(fvv_stream *stream, size_t group, uint16_t track,
-                                      const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic) {
+fvv_status fvv_stream_find_environment(fvv_stream *stream, size_t group, uint16_t track,
+                                       const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   const fvv_configuration *configuration;
   fvv_status status = fvv_stream_configuration(stream, group, &configuration, diagnostic);
   if (status < 0) return status;
   const fvv_track *declared = fvv_configuration_track(configuration, track);
-  if (!declared || declared->kind != FVV_TRACK_BACKGROUND) return FVV_END;
-  status = find_background_in(stream, group, track, chunk, diagnostic);
+  if (!declared || declared->kind != FVV_TRACK_ENVIRONMENT) return FVV_END;
+  status = find_environment_in(stream, group, track, chunk, diagnostic);
   if (status == FVV_END)
-    status = find_background_in(stream, first_of_block(stream, group), track, chunk, diagnostic);
+    status = find_environment_in(stream, first_of_block(stream, group), track, chunk, diagnostic);
   if (status != FVV_END) return status;
   status = first_of_configuration(stream, &group, diagnostic);
-  return status == FVV_OK ? find_background_in(stream, group, track, chunk, diagnostic) : status;
+  return status == FVV_OK ? find_environment_in(stream, group, track, chunk, diagnostic) : status;
 }
 
-fvv_status fvv_stream_background(fvv_stream *stream, size_t group, uint16_t track,
-                                 const fvv_background **background, fvv_diagnostic *diagnostic) {
+fvv_status fvv_stream_environment(fvv_stream *stream, size_t group, uint16_t track,
+                                  const fvv_environment **environment, fvv_diagnostic *diagnostic) {
   const fvv_chunk_info *chunk = NULL;
-  *background = NULL;
-  fvv_status status = fvv_stream_find_background(stream, group, track, &chunk, diagnostic);
-  if (status == FVV_OK && chunk->offset != stream->background_chunk)
-    status = load_background(stream, chunk, diagnostic);
-  if (status == FVV_OK) *background = &stream->background;
+  *environment = NULL;
+  fvv_status status = fvv_stream_find_environment(stream, group, track, &chunk, diagnostic);
+  if (status == FVV_OK && chunk->offset != stream->environment_chunk)
+    status = load_environment(stream, chunk, diagnostic);
+  if (status == FVV_OK) *environment = &stream->environment;
   return status;
 }
 
@@ -785,7 +785,7 @@ void fvv_stream_close(fvv_stream *stream) {
   release_tiles(stream);
   release_visibility(stream);
   release_colours(stream);
-  release_background(stream);
+  release_environment(stream);
   fvv_file_close(stream->file);
   fvv_release(&allocator, stream, sizeof *stream);
 }

@@ -27,13 +27,13 @@ struct fvv_stream {
   uint64_t calibration_chunk;   /* offset of the chunk that was decoded last; 0: none */
   fvv_known_failure calibration_failure;
   fvv_bytes layouts; /* followed_tiles: the layout of a group that was decoded last, of each track */
-  fvv_bytes background_payload; /* of the BACK chunk that was read last, and its content */
-  fvv_background background;
-  uint64_t background_chunk; /* its offset; 0: none */
+  fvv_bytes environment_payload; /* of the BACK chunk that was read last, and its content */
+  fvv_environment environment;
+  uint64_t environment_chunk; /* its offset; 0: none */
 };
 
-/* The chunk that fvv_stream_background decodes. FVV_END: there is none. */
-FVV_MUST_USE fvv_status fvv_stream_find_background(fvv_stream *stream, size_t group, uint16_t track,
-                                                   const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic);
+/* The chunk that fvv_stream_environment decodes. FVV_END: there is none. */
+FVV_MUST_USE fvv_status fvv_stream_find_environment(fvv_stream *stream, size_t group, uint16_t track,
+                                                    const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic);
 
 #endif

@@ -34,7 +34,7 @@ static fvv_status add_mesh(fvv_mesh_frames *frames, const uint8_t *payload, size
     fvv_mesh_frames_reset(frames);
     return fvv_mesh_decode(payload, size, limits, allocator, &frames->key, diagnostic);
   }
-  if (!frames->key.positions)
+  if (!frames->key.lattice)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_KEY, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
                     "delta frame without a key mesh of its track before it in the group");
   if (!frames->sequence)
@@ -53,11 +53,11 @@ fvv_status fvv_mesh_frames_add(fvv_mesh_frames *frames, const uint8_t *payload, 
 
 const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames) {
   if (frames->sequence) return fvv_mesh_sequence_mesh(frames->sequence);
-  return frames->key.positions ? &frames->key : NULL;
+  return frames->key.lattice ? &frames->key : NULL;
 }
 
 const fvv_mesh *fvv_mesh_frames_key(const fvv_mesh_frames *frames) {
-  return frames->key.positions && !frames->sequence ? &frames->key : NULL;
+  return frames->key.lattice && !frames->sequence ? &frames->key : NULL;
 }
 
 static fvv_status no_memory(fvv_diagnostic *diagnostic) {

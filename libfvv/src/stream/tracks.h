@@ -15,7 +15,7 @@ extern "C" {
 
 /* Zero-initialise; release with fvv_mesh_frames_reset. */
 typedef struct fvv_mesh_frames {
-  fvv_mesh key;                /* without positions: none */
+  fvv_mesh key;                /* without a lattice: none */
   fvv_mesh_sequence *sequence; /* NULL until a delta frame comes: all-key streams need none */
 } fvv_mesh_frames;
 

@@ -40,7 +40,7 @@ static void shorten(int64_t v[3]) {
  */
 static int faces_centre(const fvv_mesh *mesh, uint32_t face, const int32_t centre[3], uint8_t threshold) {
   const int32_t *p[3];
-  for (int c = 0; c < 3; c++) p[c] = mesh->positions + 3 * (size_t)mesh->faces[3 * (size_t)face + (size_t)c];
+  for (int c = 0; c < 3; c++) p[c] = mesh->lattice + 3 * (size_t)mesh->faces[3 * (size_t)face + (size_t)c];
   int64_t u[3], v[3], way[3];
   for (int a = 0; a < 3; a++) {
     u[a] = (int64_t)p[1][a] - p[0][a];

@@ -166,7 +166,7 @@ private:
     const double *lattice = configuration->scene.lattice_origin;
     const double origin[3] = {lattice[0] - out.origin.x, lattice[1] - out.origin.y,
                               lattice[2] - out.origin.z};
-    fvv_lattice_to_floats(origin, configuration->scene.lattice_step, mesh.positions, mesh.vertex_count,
+    fvv_lattice_to_floats(origin, configuration->scene.lattice_step, mesh.lattice, mesh.vertex_count,
                           out.positions.data());
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
     if (mesh.normals || mesh.texture) load_normals(mesh, out);
@@ -237,10 +237,10 @@ private:
   }
 
   void check_picture(const std::string &bytes) const {
-    fvv_background_picture picture = {};
+    fvv_environment_picture picture = {};
     picture.data = reinterpret_cast<const uint8_t *>(bytes.data());
     picture.size = bytes.size();
-    if (fvv_background_picture_inspect(&picture, nullptr) != FVV_OK) return; // decoding gives the reason
+    if (fvv_environment_picture_inspect(&picture, nullptr) != FVV_OK) return; // decoding gives the reason
     // 8 bits as they are unpacked, and as they are kept.
     media::check_memory(where + ": decoding a picture of the environment of " +
                             std::to_string(picture.width) + " x " + std::to_string(picture.height) +
@@ -251,7 +251,7 @@ private:
   void load_environment(Frame &out) {
     std::vector<std::string> lost;
     const scene::Environment source =
-        demux::unpack_background(stream.get(), place.group, *configuration, lost).environment;
+        demux::unpack_environment(stream.get(), place.group, *configuration, lost).environment;
     for (const std::string &why : lost) out.losses.push_back(where + ": no environment: " + why);
     for (const std::string &picture : source.pictures) check_picture(picture);
     try {

@@ -46,7 +46,7 @@ void encode_all(const fvv_mesh &mesh, fuzz::Input &input) {
   const fuzz::Mesh again(fuzz::Bytes(payload.bytes.data, payload.bytes.data + payload.bytes.size));
   fuzz::expect(again.there && fuzz::equal(again.mesh, decoded), "what is decoded is what the encoder says");
   for (size_t v = 0; v < decoded.vertex_count; v++)
-    fuzz::expect(!std::memcmp(decoded.positions + 3 * v, mesh.positions + 3 * size_t(vertices[v]), 12),
+    fuzz::expect(!std::memcmp(decoded.lattice + 3 * v, mesh.lattice + 3 * size_t(vertices[v]), 12),
                  "decoded vertices are those of the mesh");
   fvv_mesh_free(&decoded);
 }
@@ -56,7 +56,7 @@ void encode_delta(const fvv_mesh &key, fuzz::Input &input) {
   fuzz::expect(fvv_mesh_sequence_open(&key, nullptr, &encoder, nullptr) == FVV_OK &&
                    fvv_mesh_sequence_open(&key, nullptr, &decoder, nullptr) == FVV_OK,
                "a canonical mesh may be a key");
-  std::vector<int32_t> positions(key.positions, key.positions + 3 * size_t(key.vertex_count));
+  std::vector<int32_t> positions(key.lattice, key.lattice + 3 * size_t(key.vertex_count));
   fvv_mesh_delta_options options;
   fvv_mesh_delta_options_default(&options);
   for (int frame = 0; frame < 3 && input.left(); frame++) {
@@ -73,7 +73,7 @@ void encode_delta(const fvv_mesh &key, fuzz::Input &input) {
                  "both sides have the same frame");
     const fvv_mesh *mesh = fvv_mesh_sequence_mesh(decoder);
     for (size_t i = 0; i < positions.size(); i++)
-      fuzz::expect(std::abs(int64_t(mesh->positions[i]) - positions[i]) <= 2 * int64_t(options.max_error),
+      fuzz::expect(std::abs(int64_t(mesh->lattice[i]) - positions[i]) <= 2 * int64_t(options.max_error),
                    "the error is bounded");
   }
   fvv_mesh_sequence_close(encoder);

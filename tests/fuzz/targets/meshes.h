@@ -17,7 +17,7 @@ struct Mesh {
         fvv_mesh_decode(payload.data(), payload.size(), nullptr, nullptr, &mesh, nullptr);
     expect_status(status);
     there = status == FVV_OK;
-    expect(there || (!mesh.positions && !mesh.faces), "on error the mesh is empty");
+    expect(there || (!mesh.lattice && !mesh.faces), "on error the mesh is empty");
   }
   Mesh(const Mesh &) = delete;
   ~Mesh() {
@@ -29,7 +29,7 @@ inline void expect_valid(const fvv_mesh &mesh) {
   for (size_t i = 0; i < 3 * size_t(mesh.face_count); i++)
     expect(mesh.faces[i] < mesh.vertex_count, "faces index vertices");
   for (size_t i = 0; i < 3 * size_t(mesh.vertex_count); i++)
-    expect(mesh.positions[i] >= -FVV_LATTICE_MAX && mesh.positions[i] <= FVV_LATTICE_MAX,
+    expect(mesh.lattice[i] >= -FVV_LATTICE_MAX && mesh.lattice[i] <= FVV_LATTICE_MAX,
            "vertices are on the lattice");
   for (size_t i = 0; mesh.texture && i < 2 * size_t(mesh.vertex_count); i++)
     expect(mesh.texture[i] <= 1u << mesh.texture_bits, "texture indices are in their range");
@@ -42,8 +42,7 @@ inline bool equal(const fvv_mesh &a, const fvv_mesh &b) {
       !a.normals != !b.normals)
     return false;
   const size_t vertices = a.vertex_count, faces = a.face_count;
-  return !std::memcmp(a.positions, b.positions, 12 * vertices) &&
-         !std::memcmp(a.faces, b.faces, 12 * faces) &&
+  return !std::memcmp(a.lattice, b.lattice, 12 * vertices) && !std::memcmp(a.faces, b.faces, 12 * faces) &&
          (!a.texture || !std::memcmp(a.texture, b.texture, 8 * vertices)) &&
          (!a.normals || !std::memcmp(a.normals, b.normals, 8 * vertices));
 }

@@ -2,9 +2,9 @@
 #include "meshes.h"
 
 #include "fvv/audio.h"
-#include "fvv/background.h"
 #include "fvv/colours.h"
 #include "fvv/container.h"
+#include "fvv/environment.h"
 #include "fvv/video.h"
 #include "fvv/visibility.h"
 
@@ -69,30 +69,30 @@ FVV_FUZZ_TARGET(records, fuzz::Form::bytes) {
   fuzz::expect_status(status);
 }
 
-FVV_FUZZ_TARGET(background, fuzz::Form::bytes) {
+FVV_FUZZ_TARGET(environment, fuzz::Form::bytes) {
   const fuzz::Bytes payload(data, data + size);
-  fvv_background background;
+  fvv_environment environment;
   const fvv_status status =
-      fvv_background_decode(payload.data(), payload.size(), nullptr, nullptr, &background, nullptr);
+      fvv_environment_decode(payload.data(), payload.size(), nullptr, nullptr, &environment, nullptr);
   fuzz::expect_status(status);
   if (status != FVV_OK) return;
-  for (size_t i = 0; i < background.part_count && i < 8; i++) {
+  for (size_t i = 0; i < environment.part_count && i < 8; i++) {
     fvv_mesh mesh;
-    const fvv_status decoded = fvv_background_mesh(&background, i, nullptr, nullptr, &mesh, nullptr);
+    const fvv_status decoded = fvv_environment_mesh(&environment, i, nullptr, nullptr, &mesh, nullptr);
     fuzz::expect_status(decoded);
     if (decoded == FVV_OK) fvv_mesh_free(&mesh);
   }
-  for (size_t i = 0; i < background.picture_count; i++) {
-    fvv_background_picture picture = background.pictures[i];
-    fuzz::expect(fvv_background_picture_inspect(&picture, nullptr) == FVV_OK &&
-                     picture.width == background.pictures[i].width,
-                 "pictures of a background have their size");
+  for (size_t i = 0; i < environment.picture_count; i++) {
+    fvv_environment_picture picture = environment.pictures[i];
+    fuzz::expect(fvv_environment_picture_inspect(&picture, nullptr) == FVV_OK &&
+                     picture.width == environment.pictures[i].width,
+                 "pictures of an environment have their size");
   }
   fuzz::Payload again;
-  fuzz::expect(fvv_background_encode(&background, nullptr, &again.bytes, nullptr) == FVV_OK &&
+  fuzz::expect(fvv_environment_encode(&environment, nullptr, &again.bytes, nullptr) == FVV_OK &&
                    fuzz::Bytes(again.bytes.data, again.bytes.data + again.bytes.size) == payload,
-               "a background that is read is written as it was");
-  fvv_background_free(&background);
+               "an environment that is read is written as it was");
+  fvv_environment_free(&environment);
 }
 
 FVV_FUZZ_TARGET(video, fuzz::Form::bytes) {

@@ -11,7 +11,7 @@ void read_mesh(fvv_stream *stream, size_t frame, uint16_t track) {
   fvv_mesh mesh;
   const fvv_status status = fvv_stream_mesh(stream, frame, track, &mesh, nullptr);
   fuzz::expect_status(status);
-  fuzz::expect(status == FVV_OK || (!mesh.positions && !mesh.faces), "a mesh that is not there is empty");
+  fuzz::expect(status == FVV_OK || (!mesh.lattice && !mesh.faces), "a mesh that is not there is empty");
   for (size_t i = 0; status == FVV_OK && i < 3 * size_t(mesh.face_count); i++)
     fuzz::expect(mesh.faces[i] < mesh.vertex_count, "faces index vertices");
   if (status == FVV_OK) fvv_mesh_free(&mesh);
@@ -24,7 +24,7 @@ void read_track(fvv_stream *stream, size_t frame, size_t group, const fvv_track 
   int key = 0;
   const fvv_tile *tiles = nullptr;
   const fvv_visibility *visibility = nullptr;
-  const fvv_background *background = nullptr;
+  const fvv_environment *environment = nullptr;
   switch (track.kind) {
   case FVV_TRACK_MESH:
     read_mesh(stream, frame, track.id);
@@ -42,11 +42,11 @@ void read_track(fvv_stream *stream, size_t frame, size_t group, const fvv_track 
       (void)fvv_crc32c(0, visibility->states,
                        size_t(visibility->header.camera_count) * visibility->header.vertex_count);
     break;
-  case FVV_TRACK_BACKGROUND:
-    if (fvv_stream_background(stream, group, track.id, &background, nullptr) != FVV_OK) break;
-    for (size_t i = 0; i < std::min<size_t>(background->part_count, 4); i++) {
+  case FVV_TRACK_ENVIRONMENT:
+    if (fvv_stream_environment(stream, group, track.id, &environment, nullptr) != FVV_OK) break;
+    for (size_t i = 0; i < std::min<size_t>(environment->part_count, 4); i++) {
       fvv_mesh mesh;
-      if (fvv_background_mesh(background, i, nullptr, nullptr, &mesh, nullptr) == FVV_OK)
+      if (fvv_environment_mesh(environment, i, nullptr, nullptr, &mesh, nullptr) == FVV_OK)
         fvv_mesh_free(&mesh);
     }
     break;

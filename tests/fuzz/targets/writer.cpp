@@ -54,7 +54,7 @@ fuzz::Bytes mesh_of(fuzz::Input &input) {
 }
 
 const uint32_t group_types[] = {FVV_CHUNK_MESH,       FVV_CHUNK_VIDEO_PACKET, FVV_CHUNK_CALIBRATION,
-                                FVV_CHUNK_VISIBILITY, FVV_CHUNK_COLOURS,      FVV_CHUNK_BACKGROUND,
+                                FVV_CHUNK_VISIBILITY, FVV_CHUNK_COLOURS,      FVV_CHUNK_ENVIRONMENT,
                                 FVV_CHUNK_AUDIO,      FVV_CHUNK_TILES,        0x7a7a7a7a,
                                 FVV_CHUNK_GROUP_END};
 const uint32_t block_types[] = {FVV_CHUNK_SCENE,  FVV_CHUNK_TRACK,        FVV_CHUNK_METADATA,

@@ -493,7 +493,7 @@ std::multimap<double, bool> seen_by_height(const std::string &path, size_t frame
   stream.mesh(frame, mesh);
   const fvv_scene &scene = stream.configuration().scene;
   const auto height = [&](uint32_t v) {
-    return scene.lattice_origin[1] + scene.lattice_step * mesh.positions[3 * size_t(v) + 1];
+    return scene.lattice_origin[1] + scene.lattice_step * mesh.lattice[3 * size_t(v) + 1];
   };
   std::multimap<double, bool> out;
   const fvv_visibility *found = stream.visibility(frame);

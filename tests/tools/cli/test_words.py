@@ -25,10 +25,7 @@ STAY = {
 
 
 # Names that are still to change, as patterns.
-PENDING = {
-    "JSON": "backgrounds?",  # capture.json, fvvmux --json, fvvdemux --json and segments.json
-    "C": r"(?i:(fvv_)?\w*background\w*)",
-}
+PENDING = {}
 
 
 def words_of(name):

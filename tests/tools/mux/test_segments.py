@@ -36,12 +36,12 @@ def read(folder):
     manifest = json.loads((folder / "manifest.json").read_text())
     validate(manifest, "segments")
     entries, content = [manifest["configuration"], *manifest["groups"]], b""
-    backgrounds = manifest.get("backgrounds", [])
-    for entry in entries + backgrounds:
+    environments = manifest.get("environments", [])
+    for entry in entries + environments:
         data = (folder / entry["file"]).read_bytes()
         assert entry["bytes"] == len(data) and entry["crc32c"] == f"{crc32c(data):08x}"
-        content += data if entry not in backgrounds else b""
-    entries += backgrounds
+        content += data if entry not in environments else b""
+    entries += environments
     names = [entry["file"] for entry in entries]
     assert {p.name for p in folder.iterdir()} == {".fvv-output", "manifest.json", *names}
     return manifest, content
@@ -93,7 +93,7 @@ def test_environments_are_files_of_their_own_too(fvvmux, tmp_path):
     manifest, content = read(tmp_path / "out")
     assert content == stream.data()[: len(content)]
     found = {
-        entry["track"]: (tmp_path / "out" / entry["file"]).read_bytes() for entry in manifest["backgrounds"]
+        entry["track"]: (tmp_path / "out" / entry["file"]).read_bytes() for entry in manifest["environments"]
     }
     assert sorted(found) == [5, 7]
     for track, data in found.items():
@@ -164,7 +164,7 @@ def test_of_a_capture(fvvmux, tmp_path):
 
 
 def ladder(groups=3, ranks=(0, 1, 3), tracks=None):
-    """A stream with a mesh at several ranks, and a background for all; with tracks, what is left of those, as a stream."""
+    """A stream with a mesh at several ranks, and an environment for all; with tracks, what is left of those, as a stream."""
     stream = Stream()
     stream.scene()
 
@@ -219,7 +219,7 @@ def test_each_rung_has_a_folder(fvvmux, fvvinfo, tmp_path):
     assert manifest["configuration"] == best["configuration"]
     for group, entry in zip(manifest["groups"], best["groups"]):
         assert entry.items() <= group.items() and group["frames"] == 2
-    assert [entry["file"] for entry in manifest["backgrounds"]] == ["background-9.fvv"]
+    assert [entry["file"] for entry in manifest["environments"]] == ["environment-9.fvv"]
 
 
 def test_fvvinfo_lists_rungs(fvvinfo, tmp_path):

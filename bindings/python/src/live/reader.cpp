@@ -176,7 +176,7 @@ private:
     to.face_count = from.face_count;
     to.texture_bits = from.texture_bits;
     to.normal_bits = from.normal_bits;
-    to.positions = copy_of(from.positions, 3 * size_t(from.vertex_count));
+    to.lattice = copy_of(from.lattice, 3 * size_t(from.vertex_count));
     to.faces = copy_of(from.faces, 3 * size_t(from.face_count));
     to.texture = copy_of(from.texture, 2 * size_t(from.vertex_count));
     to.normals = copy_of(from.normals, 2 * size_t(from.vertex_count));

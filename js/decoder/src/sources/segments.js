@@ -18,6 +18,7 @@ function checkFile(url, { file, bytes, crc32c: crc } = {}, what) {
     throw invalid(url, `${what} lacks its file name, size or CRC`);
 }
 
+/** backgrounds: the former name of environments. */
 function environmentsOf(url, { environments, backgrounds = [] }) {
   const listed = environments ?? backgrounds;
   if (!Array.isArray(listed)) throw invalid(url, "environments is not a list");

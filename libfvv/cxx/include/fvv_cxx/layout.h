@@ -154,7 +154,7 @@ inline constexpr ChunkRule chunk_rules[] = {
   {FVV_CHUNK_VIDEO_PACKET, ChunkPlace::frame, 1, ChunkTrack::own},
   {FVV_CHUNK_VISIBILITY, ChunkPlace::frame, 0, ChunkTrack::own},
   {FVV_CHUNK_COLOURS, ChunkPlace::frame, 0, ChunkTrack::own},
-  {FVV_CHUNK_BACKGROUND, ChunkPlace::frame, 0, ChunkTrack::own},
+  {FVV_CHUNK_ENVIRONMENT, ChunkPlace::frame, 0, ChunkTrack::own},
   {FVV_CHUNK_AUDIO, ChunkPlace::frame, 0, ChunkTrack::own},
   {FVV_CHUNK_GROUP_END, ChunkPlace::group, 5, ChunkTrack::none},
   {FVV_CHUNK_INDEX, ChunkPlace::end, 0, ChunkTrack::none},

@@ -30,14 +30,15 @@ void append_frame(const fvv_mesh &mesh, double time, const std::string &name, sc
 std::string format_glb(scene::MeshRun run, const geometry::Lattice &lattice, uint8_t up,
                        const std::string &picture, scene::Compression compression, const std::string &name);
 
-struct UnpackedBackground {
+struct UnpackedEnvironment {
   scene::Environment environment;
-  std::optional<geometry::Lattice> lattice; // the finest of all tracks; none if there was no background
+  std::optional<geometry::Lattice> lattice; // the finest of all tracks; none if there was no environment
 };
 
-// The environment of a group on all background tracks of the best rung together (fvv.md clause 18.1). A
+// The environment of a group on all environment tracks of the best rung together (fvv.md clause 18.1). A
 // damaged track is left out, with a text appended to lost.
-UnpackedBackground unpack_background(fvv_stream *stream, size_t group, const fvv_configuration &configuration,
-                                     std::vector<std::string> &lost);
+UnpackedEnvironment unpack_environment(fvv_stream *stream, size_t group,
+                                       const fvv_configuration &configuration,
+                                       std::vector<std::string> &lost);
 
 } // namespace fvv::demux

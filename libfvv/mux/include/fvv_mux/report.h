@@ -124,8 +124,8 @@ struct Verdict : MeshTrackVerdict {
   // Pixels between a point's pixels in the capture's and the stream's camera; of cameras that stand still,
   // and of those that move.
   double max_reprojection = 0, moving_reprojection = 0;
-  size_t backgrounds = 0; // groups for which a reader finds the capture's environment
-  size_t sounds = 0;      // groups whose sound is that which was written
+  size_t environments = 0; // groups for which a reader finds the capture's environment
+  size_t sounds = 0;       // groups whose sound is that which was written
 };
 
 struct LatticeReport {
@@ -240,7 +240,7 @@ struct SoundReport : TrackBytes {
   bool placed = false, moves = false;
 };
 
-struct BackgroundReport {
+struct EnvironmentReport {
   uint64_t chunks = 0, bytes = 0; // bytes: of one
   size_t parts = 0, pictures = 0, lights = 0;
   uint64_t vertices = 0, triangles = 0, mesh_bytes = 0, picture_bytes = 0;
@@ -316,7 +316,7 @@ struct Report : MeshSums {
   std::string shares_meshes; // why no lower rung may have meshes of its own
 
   TrackBytes calibration; // of cameras that move
-  TrackBytes background_chunks;
+  TrackBytes environment_chunks;
   std::vector<VideoTrackReport> videos; // those of cameras, then the atlas; then those of each lower rung
   bool has_bit_rate = false;            // in place of a quality
   std::optional<double> target_psnr;    // dB, without a bit rate
@@ -328,7 +328,7 @@ struct Report : MeshSums {
   MatchReport match;
   InsetReport inset;
   std::vector<SoundReport> sounds;
-  std::optional<BackgroundReport> background;
+  std::optional<EnvironmentReport> environment;
   std::vector<SourceReport> sources;
   std::optional<std::vector<UndistortedCamera>> undistorted;
   std::vector<LensGapReport> lens_gaps;

@@ -63,7 +63,7 @@ std::vector<double> of_own_faces(const fvv_mesh &mesh) {
   for (size_t f = 0; f < mesh.face_count; f++) {
     const uint32_t *face = mesh.faces + 3 * f;
     const auto edge = [&](size_t corner, size_t k) {
-      return double(mesh.positions[3 * size_t(face[corner]) + k]) - mesh.positions[3 * size_t(face[0]) + k];
+      return double(mesh.lattice[3 * size_t(face[corner]) + k]) - mesh.lattice[3 * size_t(face[0]) + k];
     };
     for (size_t k = 0; k < 3; k++) {
       const size_t i = (k + 1) % 3, j = (k + 2) % 3;

@@ -405,8 +405,8 @@ private:
       sums.layouts += own_layout;
       // Behind the second frame: the first is known to be whole by then (fvv.md clause 18.5).
       const bool first_or_repeated = !index || plan.options.repeat_configuration;
-      if (plan.background && first_or_repeated && i == std::min<size_t>(1, count - 1))
-        sums.background.add(writer->background(first + i));
+      if (plan.environment && first_or_repeated && i == std::min<size_t>(1, count - 1))
+        sums.environment.add(writer->environment(first + i));
     }
     write_sound_before(plan.groups[index].end);
     writer->end_group();

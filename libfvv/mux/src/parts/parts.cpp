@@ -246,8 +246,8 @@ std::vector<std::string> PartPlan::files_of(size_t group) const {
   frames.left_out.clear();
   for (const int64_t place : plan.capture.frames.left_out)
     if (place > from && place < to) frames.left_out.push_back(place - from);
-  capture.sounds.clear(); // they are in the plan, as the background is
-  capture.background.reset();
+  capture.sounds.clear(); // they are in the plan, as the environment is
+  capture.environment.reset();
   std::vector<std::string> files;
   scene::visit_files(capture, [&](const std::string &path) { files.push_back(path); });
   std::sort(files.begin(), files.end());

@@ -2,7 +2,7 @@
 #include "fvv/container.h"
 #include "fvv_cxx/error.h"
 #include "fvv_mux/option_table.h"
-#include "mux/src/background.h"
+#include "mux/src/environment.h"
 #include "mux/src/meshes.h"
 #include "mux/src/options/option_values.h"
 #include "mux/src/pictures.h"
@@ -152,7 +152,7 @@ struct Fields {
     auto &[source, packets] = v;
     a(source, packets);
   }
-  template <class A> static void of(A &a, PackedBackground &v) {
+  template <class A> static void of(A &a, PackedEnvironment &v) {
     auto &[payload, lattice, reason, parts, pictures, lights, vertices, faces, mesh_bytes, picture_bytes,
            max_error, warnings] = v;
     a(payload, lattice, reason, parts, pictures, lights, vertices, faces, mesh_bytes, picture_bytes,
@@ -190,10 +190,10 @@ struct Fields {
   template <class A> static void of(A &a, Plan &v) {
     auto &[options, observer, capture, group_size, groups, bad, has_constant_topology, error, lattice, meshes,
            shares_meshes, normals, winding, texture_bits, tracks, videos, sources, warned, crop, whole,
-           visibility, match, inset, colours, undistortion, background, sounds, frame_limit] = v;
+           visibility, match, inset, colours, undistortion, environment, sounds, frame_limit] = v;
     a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, error, lattice,
       meshes, shares_meshes, normals, winding, texture_bits, tracks, warned, crop, whole, visibility, match,
-      inset, colours, background, sounds, frame_limit);
+      inset, colours, environment, sounds, frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
     auto &[plan, decisions, capture, warnings] = v;

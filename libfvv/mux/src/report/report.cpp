@@ -2,8 +2,8 @@
 #include "fvv_mux/report.h"
 #include "fvv_cxx/format.h"
 #include "fvv_media/image.h"
-#include "mux/src/background.h"
 #include "mux/src/choose/choices.h"
+#include "mux/src/environment.h"
 #include "mux/src/layout.h"
 #include "mux/src/pictures.h"
 #include "mux/src/sound/sound.h"
@@ -272,8 +272,8 @@ SoundReport report_sound(const Plan &plan, const StreamSums &sums, size_t index)
   return out;
 }
 
-BackgroundReport report_background(const PackedBackground &packed, uint64_t chunks) {
-  BackgroundReport out;
+EnvironmentReport report_environment(const PackedEnvironment &packed, uint64_t chunks) {
+  EnvironmentReport out;
   out.chunks = chunks;
   out.bytes = packed.payload.size();
   out.parts = packed.parts;
@@ -341,7 +341,7 @@ Report make_report(const Plan &plan, const Decisions &decisions, const StreamSum
   for (const BadFrame &frame : plan.bad) out.left_out.push_back({frame.number, frame.reason});
   report_meshes(out, plan, decisions, sums);
   out.calibration = sums.calibration;
-  out.background_chunks = sums.background;
+  out.environment_chunks = sums.environment;
   for (size_t i = 0; i < plan.tracks.size(); i++)
     out.videos.push_back(report_video(plan, decisions, sums, i));
   out.has_bit_rate = options.bit_rate != 0;
@@ -356,7 +356,7 @@ Report make_report(const Plan &plan, const Decisions &decisions, const StreamSum
   out.match = report_match(plan);
   out.inset = report_inset(plan.inset);
   for (size_t i = 0; i < plan.sounds.size(); i++) out.sounds.push_back(report_sound(plan, sums, i));
-  if (plan.background) out.background = report_background(*plan.background, sums.background.chunks);
+  if (plan.environment) out.environment = report_environment(*plan.environment, sums.environment.chunks);
   for (const scene::VideoReport &video : plan.sources) out.sources.push_back(report_source(video));
   report_lenses(out, plan);
   return out;

@@ -131,7 +131,7 @@ Json verdict_json(const Report &r) {
               {"max_reprojection", v.max_reprojection}};
   if (r.calibration.chunks) out["moving_max_reprojection"] = v.moving_reprojection;
   if (r.visibility_choice.sent) out["visibility"] = v.visible;
-  if (r.background) out["background"] = v.backgrounds;
+  if (r.environment) out["environment"] = v.environments;
   if (!r.sounds.empty()) out["audio"] = v.sounds;
   if (r.normals.bits) out["max_normal_error"] = v.mesh.max_normal_error;
   if (r.texture_bits) out["max_texture_error"] = v.mesh.max_texture_error;
@@ -211,7 +211,7 @@ Json sound_json(const SoundReport &sound) {
   return out;
 }
 
-Json background_json(const BackgroundReport &b) {
+Json environment_json(const EnvironmentReport &b) {
   return {{"chunks", b.chunks},
           {"bytes", b.bytes},
           {"parts", b.parts},
@@ -380,7 +380,7 @@ std::string report_json(const Report &r, const std::string &output, Spelling spe
   out["match_colours"] = match_json(r.match);
   out["texture_inset"] = inset_json(r.inset);
   for (const SoundReport &sound : r.sounds) out["audio"].push_back(sound_json(sound));
-  if (r.background) out["background"] = background_json(*r.background);
+  if (r.environment) out["environment"] = environment_json(*r.environment);
   if (!r.sources.empty()) out["sources"] = sources_json(r);
   if (r.undistorted) out["undistorted"] = undistorted_json(*r.undistorted);
   for (const LensGapReport &gap : r.lens_gaps)

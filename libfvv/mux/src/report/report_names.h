@@ -50,7 +50,7 @@ inline double frames_per_second(const Report &r) {
 
 // Bytes that are no payload.
 inline uint64_t overhead(const Report &r) {
-  uint64_t bytes = r.bytes - r.payload() - r.calibration.payload - r.background_chunks.payload;
+  uint64_t bytes = r.bytes - r.payload() - r.calibration.payload - r.environment_chunks.payload;
   for (const LowerMeshes &meshes : r.lower_meshes) bytes -= meshes.payload();
   for (const VideoTrackReport &video : r.videos) bytes -= video.payload;
   for (const SoundReport &sound : r.sounds) bytes -= sound.payload;

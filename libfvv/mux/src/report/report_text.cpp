@@ -214,7 +214,7 @@ void verdict_lines(std::string &out, const Report &r) {
   if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
   if (v.sounds) line(out, "            sound of %zu groups is what was written", v.sounds);
   if (v.visible) line(out, "            visibility of %zu meshes is what their cameras see", v.visible);
-  if (v.backgrounds) line(out, "            the environment of %zu groups is the capture's", v.backgrounds);
+  if (v.environments) line(out, "            the environment of %zu groups is the capture's", v.environments);
   if (r.calibration.chunks) line(out, "            and %.3g px in those that move", v.moving_reprojection);
 }
 
@@ -253,7 +253,7 @@ std::string sound_text(const Report &r, const SoundReport &sound) {
   return out;
 }
 
-std::string background_text(const BackgroundReport &b) {
+std::string environment_text(const EnvironmentReport &b) {
   return fvv::format("%llu times %zu parts, %llu triangles, %.2f kB; %zu pictures, %.2f kB; %zu lights",
                      (unsigned long long)b.chunks, b.parts, (unsigned long long)b.triangles,
                      double(b.mesh_bytes) / 1000, b.pictures, double(b.picture_bytes) / 1000, b.lights);
@@ -294,8 +294,8 @@ void track_lines(std::string &out, const Report &r) {
   for (size_t i = 0; i < r.sounds.size(); i++)
     track_line(out, r, r.sounds.size() > 1 ? fvv::format("audio %zu", i + 1).c_str() : "audio",
                r.sounds[i].payload, sound_text(r, r.sounds[i]));
-  if (r.background)
-    track_line(out, r, "background", r.background_chunks.payload, background_text(*r.background));
+  if (r.environment)
+    track_line(out, r, "environment", r.environment_chunks.payload, environment_text(*r.environment));
   track_line(out, r, "container", overhead(r), r.live ? "live: no index" : "with index");
 }
 

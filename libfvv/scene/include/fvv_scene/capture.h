@@ -83,7 +83,7 @@ struct Atlas {
 };
 
 // The static environment (environment.h).
-struct Background {
+struct EnvironmentSource {
   std::string file;               // .glb or .gltf
   gltf::Transform transform;      // from its coordinates to those of the meshes, in their units
   std::optional<Lattice> lattice; // of the stream that this comes from, or is made for; metres
@@ -121,7 +121,7 @@ struct Capture {
   std::shared_ptr<const MeshAnimation> animation;
   std::optional<Atlas> atlas; // only with meshes
   std::vector<Camera> cameras;
-  std::optional<Background> background;
+  std::optional<EnvironmentSource> environment;
   std::vector<SoundSource> sounds;
   std::vector<std::string> notes; // warnings of who made this description, for check_files
 
@@ -183,7 +183,7 @@ uint64_t mesh_reads(const MeshCache &cache);
 // The bytes of the base colour image that the glTF file of a frame number brings along.
 std::string load_embedded_atlas(const Capture &capture, int64_t frame);
 
-// The environment of the background, which must be there, in metres and in the world of the meshes.
+// The environment, which must be there, in metres and in the world of the meshes.
 struct Environment;
 Environment load_environment(const Capture &capture, const fvv_limits *limits = nullptr);
 
@@ -217,7 +217,7 @@ struct Findings {
 Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe = {});
 
 // Calls visit with the path of every file that the capture may read: capture.json, meshes, pictures, masks,
-// background, sound, and the files that those in glTF refer to.
+// environment, sound, and the files that those in glTF refer to.
 void visit_files(const Capture &capture, const std::function<void(const std::string &)> &visit);
 
 // A camera with a part of its picture beyond r_max, where nothing is projected: mostly because the lens folds

@@ -2,7 +2,7 @@
 // and lights.
 #pragma once
 
-#include "fvv/background.h"
+#include "fvv/environment.h"
 #include "fvv_scene/mesh_file.h"
 #include "fvv_scene/transform.h"
 

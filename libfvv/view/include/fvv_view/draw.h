@@ -26,7 +26,7 @@ struct Options {
   uint32_t threads = 1;           // the picture is the same for any number
   bool visible_by_default = true; // view.visibility is not given: bits where the frame has them
   bool pictures = true;           // without, the mesh has the colours of its vertices
-  bool environment = true;        // draw the stream's background, if it has one
+  bool environment = true;        // draw the stream's environment, if it has one
 };
 
 // Shares count pixels by their centres.

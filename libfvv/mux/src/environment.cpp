@@ -1,9 +1,9 @@
 // The environment of a capture as the payload of a BACK chunk, with converted picture files.
-#include "fvv/background.h"
+#include "fvv/environment.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_media/image.h"
-#include "mux/src/background.h"
+#include "mux/src/environment.h"
 #include "mux/src/meshes.h"
 #include "mux/src/plan.h"
 
@@ -80,8 +80,8 @@ constexpr size_t safe_payload = size_t(16) << 20;
 
 class Packer {
 public:
-  Packer(const scene::Capture &source, PackedBackground &packed)
-      : capture(source), name(source.resolve(source.background->file)),
+  Packer(const scene::Capture &source, PackedEnvironment &packed)
+      : capture(source), name(source.resolve(source.environment->file)),
         environment(scene::load_environment(source)), out(packed) {}
 
   void pack() {
@@ -101,8 +101,8 @@ public:
 
 private:
   void choose_lattice() {
-    if (capture.background->lattice) {
-      out.lattice = *capture.background->lattice;
+    if (capture.environment->lattice) {
+      out.lattice = *capture.environment->lattice;
       out.reason = "as the capture says";
       return;
     }
@@ -132,7 +132,7 @@ private:
   }
 
   // Texture coordinates from 0 to 1, and where these lie in the picture: whole repetitions.
-  static void normalise(std::vector<double> &texture, fvv_background_part &part) {
+  static void normalise(std::vector<double> &texture, fvv_environment_part &part) {
     for (size_t k = 0; k < 2; k++) {
       double low = 0, high = 1;
       for (size_t i = k; i < texture.size(); i += 2) {
@@ -147,7 +147,7 @@ private:
 
   void add_part(size_t i) {
     scene::EnvironmentPart &source = environment.parts[i];
-    fvv_background_part part = {};
+    fvv_environment_part part = {};
     part.picture = source.picture ? uint32_t(*source.picture) : FVV_NO_PICTURE;
     for (int k = 0; k < 3; k++) part.colour[k] = uint16_t(std::lround(source.colour[k] * 65535));
     part.flags =
@@ -196,47 +196,47 @@ private:
 
   void encode() {
     for (const FittedPicture &file : files) {
-      fvv_background_picture picture = {};
+      fvv_environment_picture picture = {};
       picture.data = reinterpret_cast<const uint8_t *>(file.file.data());
       picture.size = file.file.size();
       fvv_diagnostic diagnostic = {};
-      fvv::check(fvv_background_picture_inspect(&picture, &diagnostic), name, diagnostic);
+      fvv::check(fvv_environment_picture_inspect(&picture, &diagnostic), name, diagnostic);
       pictures.push_back(picture);
     }
-    fvv_background background = {};
-    std::copy_n(out.lattice.origin, 3, background.lattice_origin);
-    background.lattice_step = out.lattice.step;
-    background.parts = parts.data();
-    background.part_count = parts.size();
-    background.pictures = pictures.data();
-    background.picture_count = pictures.size();
-    background.lights = environment.lights.data();
-    background.light_count = environment.lights.size();
+    fvv_environment sent = {};
+    std::copy_n(out.lattice.origin, 3, sent.lattice_origin);
+    sent.lattice_step = out.lattice.step;
+    sent.parts = parts.data();
+    sent.part_count = parts.size();
+    sent.pictures = pictures.data();
+    sent.picture_count = pictures.size();
+    sent.lights = environment.lights.data();
+    sent.light_count = environment.lights.size();
     OwnedBytes payload;
     fvv_diagnostic diagnostic = {};
-    fvv::check(fvv_background_encode(&background, nullptr, &payload, &diagnostic), name, diagnostic);
+    fvv::check(fvv_environment_encode(&sent, nullptr, &payload, &diagnostic), name, diagnostic);
     out.payload.assign(payload.data, payload.data + payload.size);
   }
 
   const scene::Capture &capture;
   const std::string name;
   scene::Environment environment;
-  PackedBackground &out;
+  PackedEnvironment &out;
   std::deque<OwnedBytes> meshes; // they do not move
   std::vector<FittedPicture> files;
-  std::vector<fvv_background_part> parts;
-  std::vector<fvv_background_picture> pictures;
+  std::vector<fvv_environment_part> parts;
+  std::vector<fvv_environment_picture> pictures;
 };
 
 } // namespace
 
 FittedPicture fit_picture(const std::string &file, const std::string &name) {
   FittedPicture out = {without_metadata(file)};
-  fvv_background_picture entry = {};
+  fvv_environment_picture entry = {};
   entry.data = reinterpret_cast<const uint8_t *>(out.file.data());
   entry.size = out.file.size();
   fvv_diagnostic diagnostic = {};
-  if (fvv_background_picture_inspect(&entry, &diagnostic) != FVV_OK)
+  if (fvv_environment_picture_inspect(&entry, &diagnostic) != FVV_OK)
     throw Error(name + ": " + diagnostic.message);
   out.width = entry.width;
   out.height = entry.height;
@@ -256,8 +256,8 @@ FittedPicture fit_picture(const std::string &file, const std::string &name) {
   return out;
 }
 
-std::shared_ptr<const PackedBackground> pack_background(const scene::Capture &capture) {
-  auto packed = std::make_shared<PackedBackground>();
+std::shared_ptr<const PackedEnvironment> pack_environment(const scene::Capture &capture) {
+  auto packed = std::make_shared<PackedEnvironment>();
   Packer(capture, *packed).pack();
   return packed;
 }

@@ -6,12 +6,13 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/memory.h"
-#include "fvv/background.h"
+#include "fvv/environment.h"
 #include "video/codecs.h"
 
 /* Returns with an error: a rule of this clause is broken. issue without its prefix, offset in the payload. */
 #define WRONG(issue, offset, ...)                                                                            \
-  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##issue, FVV_CHUNK_BACKGROUND, offset, __VA_ARGS__)
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##issue, FVV_CHUNK_ENVIRONMENT, offset,           \
+                  __VA_ARGS__)
 
 #define HALF_PI 1.5707963267948966
 
@@ -25,30 +26,30 @@ static int is_zero(const double *v) {
 /* All rules that concern one entry. offset: of the entry in the payload, or of the file of a picture. */
 static fvv_status check_light(const fvv_light *light, uint64_t offset, fvv_diagnostic *diagnostic) {
   if (light->type > FVV_LIGHT_SPOT)
-    WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_TYPE, "light type is %u, expected 0 to 2", light->type);
+    WRONG(ENVIRONMENT_LIGHT, offset + FVV_BACK_LIGHT_TYPE, "light type is %u, expected 0 to 2", light->type);
   const int placed = light->type != FVV_LIGHT_DIRECTIONAL, directed = light->type != FVV_LIGHT_POINT;
   if (!all_finite(light->position) || (!placed && !is_zero(light->position)))
-    WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_POSITION,
+    WRONG(ENVIRONMENT_LIGHT, offset + FVV_BACK_LIGHT_POSITION,
           "position of a light is not finite, or not 0 although the light is directional");
   const double *d = light->direction;
   const double square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
   if (directed ? !(fabs(sqrt(square) - 1) <= 1e-4) : !is_zero(d))
-    WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_DIRECTION,
+    WRONG(ENVIRONMENT_LIGHT, offset + FVV_BACK_LIGHT_DIRECTION,
           "direction of a light has length %g, expected 1, or 0 for point lights", sqrt(square));
   for (int k = 0; k < 3; k++)
     if (!(light->colour[k] >= 0 && light->colour[k] <= 1))
-      WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_COLOUR + 8 * (unsigned)k,
+      WRONG(ENVIRONMENT_LIGHT, offset + FVV_BACK_LIGHT_COLOUR + 8 * (unsigned)k,
             "colour of a light is %g, expected 0 to 1", light->colour[k]);
   if (!(light->intensity >= 0 && isfinite(light->intensity)))
-    WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_INTENSITY,
+    WRONG(ENVIRONMENT_LIGHT, offset + FVV_BACK_LIGHT_INTENSITY,
           "intensity of a light is %g, expected 0 or more", light->intensity);
   if (!(light->range >= 0 && isfinite(light->range)) || (!placed && light->range != 0))
-    WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_RANGE,
+    WRONG(ENVIRONMENT_LIGHT, offset + FVV_BACK_LIGHT_RANGE,
           "range of a light is %g, expected 0 or more, and 0 for directional lights", light->range);
   const int cone =
       light->inner_cone >= 0 && light->inner_cone < light->outer_cone && light->outer_cone <= HALF_PI;
   if (light->type == FVV_LIGHT_SPOT ? !cone : light->inner_cone != 0 || light->outer_cone != 0)
-    WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_INNER_CONE,
+    WRONG(ENVIRONMENT_LIGHT, offset + FVV_BACK_LIGHT_INNER_CONE,
           "cone of a light is %g to %g, expected 0 <= inner < outer <= pi / 2 for a spot, else 0",
           light->inner_cone, light->outer_cone);
   return FVV_OK;
@@ -72,29 +73,29 @@ static int is_png(const uint8_t *data, size_t size) {
          !memcmp(data + size - IEND_SIZE, iend, sizeof iend);
 }
 
-static fvv_status check_picture(const fvv_background_picture *picture, uint64_t offset,
+static fvv_status check_picture(const fvv_environment_picture *picture, uint64_t offset,
                                 fvv_diagnostic *diagnostic) {
   if (picture->codec > FVV_PICTURE_PNG)
-    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_BACKGROUND_CODEC, FVV_CHUNK_BACKGROUND,
+    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_ENVIRONMENT_CODEC, FVV_CHUNK_ENVIRONMENT,
                     offset, "picture codec is %u, expected 0 or 1", picture->codec);
   if (picture->codec == FVV_PICTURE_JPEG) {
     fvv_diagnostic why = {0};
     if (fvv_jpeg_inspect(picture->width, picture->height, picture->data, picture->size, &why) != FVV_OK)
-      WRONG(BACKGROUND_PICTURE, offset + why.offset, "%.150s", why.message);
+      WRONG(ENVIRONMENT_PICTURE, offset + why.offset, "%.150s", why.message);
     return FVV_OK;
   }
   if (!is_png(picture->data, picture->size))
-    WRONG(BACKGROUND_PICTURE, offset, "PNG of %zu bytes lacks signature, IHDR or IEND", picture->size);
+    WRONG(ENVIRONMENT_PICTURE, offset, "PNG of %zu bytes lacks signature, IHDR or IEND", picture->size);
   const uint32_t width = get_be32(picture->data + 16), height = get_be32(picture->data + 20);
   if (!width || !height || width != picture->width || height != picture->height)
-    WRONG(BACKGROUND_PICTURE, offset + 16, "PNG has %lu x %lu pixels, expected %lu x %lu",
+    WRONG(ENVIRONMENT_PICTURE, offset + 16, "PNG has %lu x %lu pixels, expected %lu x %lu",
           (unsigned long)width, (unsigned long)height, (unsigned long)picture->width,
           (unsigned long)picture->height);
   return FVV_OK;
 }
 
 /* The size in the first frame header; 0 when there is none. fvv_jpeg_inspect reports faults. */
-static void find_jpeg_size(fvv_background_picture *picture) {
+static void find_jpeg_size(fvv_environment_picture *picture) {
   const uint8_t *p = picture->data;
   size_t at = 2;
   picture->width = picture->height = 0;
@@ -114,7 +115,7 @@ static void find_jpeg_size(fvv_background_picture *picture) {
   }
 }
 
-fvv_status fvv_background_picture_inspect(fvv_background_picture *picture, fvv_diagnostic *diagnostic) {
+fvv_status fvv_environment_picture_inspect(fvv_environment_picture *picture, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   if (is_png(picture->data, picture->size)) {
     picture->codec = FVV_PICTURE_PNG;
@@ -140,8 +141,8 @@ typedef struct places {
 static fvv_status within_limit(uint64_t count, uint64_t most, const char *what, uint64_t offset,
                                fvv_diagnostic *diagnostic) {
   if (count <= most) return FVV_OK;
-  return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_BACKGROUND, offset,
-                  "background has %llu %s, limit %llu", (unsigned long long)count, what,
+  return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_ENVIRONMENT, offset,
+                  "environment has %llu %s, limit %llu", (unsigned long long)count, what,
                   (unsigned long long)most);
 }
 
@@ -149,18 +150,18 @@ static void get_vector(const uint8_t *p, double *out, int count) {
   for (int k = 0; k < count; k++) out[k] = fvv_get_f64(p + 8 * k);
 }
 
-static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *limits, fvv_background *out,
+static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *limits, fvv_environment *out,
                               places *at, fvv_diagnostic *diagnostic) {
   if (size < FVV_BACK_SIZE)
-    WRONG(BACKGROUND_PAYLOAD, size, "payload has %zu bytes, expected at least %d", size, FVV_BACK_SIZE);
+    WRONG(ENVIRONMENT_PAYLOAD, size, "payload has %zu bytes, expected at least %d", size, FVV_BACK_SIZE);
   if (!fvv_all_zero(p + FVV_BACK_RESERVED, FVV_BACK_SIZE - FVV_BACK_RESERVED))
-    WRONG(BACKGROUND_PAYLOAD, FVV_BACK_RESERVED, "reserved bytes are not 0");
+    WRONG(ENVIRONMENT_PAYLOAD, FVV_BACK_RESERVED, "reserved bytes are not 0");
   get_vector(p + FVV_BACK_LATTICE_ORIGIN, out->lattice_origin, 3);
   out->lattice_step = fvv_get_f64(p + FVV_BACK_LATTICE_STEP);
   for (int k = 0; k < 3; k++)
     if (!(out->lattice_step > 0) ||
         !isfinite(fabs(out->lattice_origin[k]) + out->lattice_step * FVV_LATTICE_MAX))
-      WRONG(BACKGROUND_LATTICE, FVV_BACK_LATTICE_ORIGIN,
+      WRONG(ENVIRONMENT_LATTICE, FVV_BACK_LATTICE_ORIGIN,
             "lattice has origin %g and step %g, expected a positive step and finite positions",
             out->lattice_origin[k], out->lattice_step);
   const uint64_t parts = fvv_get_u32(p + FVV_BACK_PART_COUNT),
@@ -170,7 +171,7 @@ static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *l
   at->lights = at->pictures + pictures * FVV_BACK_PICTURE_SIZE;
   at->data = at->lights + lights * FVV_BACK_LIGHT_SIZE;
   if (at->data > size || !(parts + lights))
-    WRONG(BACKGROUND_PAYLOAD, FVV_BACK_PART_COUNT,
+    WRONG(ENVIRONMENT_PAYLOAD, FVV_BACK_PART_COUNT,
           "%llu parts, %llu pictures and %llu lights do not fit a payload of %zu bytes",
           (unsigned long long)parts, (unsigned long long)pictures, (unsigned long long)lights, size);
   out->part_count = (size_t)parts;
@@ -179,7 +180,7 @@ static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *l
   const uint64_t most = parts > pictures    ? (parts > lights ? parts : lights)
                         : pictures > lights ? pictures
                                             : lights;
-  return within_limit(most, limits->max_background, "parts, pictures or lights", FVV_BACK_PART_COUNT,
+  return within_limit(most, limits->max_environment, "parts, pictures or lights", FVV_BACK_PART_COUNT,
                       diagnostic);
 }
 
@@ -187,30 +188,30 @@ static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *l
 static fvv_status take(uint64_t *data, uint64_t end, uint32_t size, uint64_t entry, const uint8_t *payload,
                        const uint8_t **out, fvv_diagnostic *diagnostic) {
   if (!size || size > end - *data)
-    WRONG(BACKGROUND_PAYLOAD, entry, "entry has %lu bytes, expected 1 to %llu", (unsigned long)size,
+    WRONG(ENVIRONMENT_PAYLOAD, entry, "entry has %lu bytes, expected 1 to %llu", (unsigned long)size,
           (unsigned long long)(end - *data));
   *out = payload + *data;
   *data += size;
   return FVV_OK;
 }
 
-static fvv_status read_part(const uint8_t *p, uint64_t offset, const fvv_background *background,
-                            fvv_background_part *part, fvv_diagnostic *diagnostic) {
+static fvv_status read_part(const uint8_t *p, uint64_t offset, const fvv_environment *environment,
+                            fvv_environment_part *part, fvv_diagnostic *diagnostic) {
   part->picture = fvv_get_u32(p + FVV_BACK_PART_PICTURE);
   for (int k = 0; k < 3; k++) part->colour[k] = fvv_get_u16(p + FVV_BACK_PART_COLOUR + 2 * k);
   part->flags = p[FVV_BACK_PART_FLAGS];
   get_vector(p + FVV_BACK_PART_TEXTURE_ORIGIN, part->texture_origin, 2);
   get_vector(p + FVV_BACK_PART_TEXTURE_SIZE, part->texture_size, 2);
   if (part->flags & ~(FVV_PART_UNLIT | FVV_PART_DOUBLE_SIDED | FVV_PART_CLAMPED) || p[FVV_BACK_PART_RESERVED])
-    WRONG(BACKGROUND_PAYLOAD, offset + FVV_BACK_PART_FLAGS, "reserved bits of a part are not 0");
-  if (part->picture != FVV_NO_PICTURE && part->picture >= background->picture_count)
-    WRONG(BACKGROUND_PART, offset + FVV_BACK_PART_PICTURE,
-          "part has picture %lu, the background has %zu pictures", (unsigned long)part->picture,
-          background->picture_count);
+    WRONG(ENVIRONMENT_PAYLOAD, offset + FVV_BACK_PART_FLAGS, "reserved bits of a part are not 0");
+  if (part->picture != FVV_NO_PICTURE && part->picture >= environment->picture_count)
+    WRONG(ENVIRONMENT_PART, offset + FVV_BACK_PART_PICTURE,
+          "part has picture %lu, the environment has %zu pictures", (unsigned long)part->picture,
+          environment->picture_count);
   for (int k = 0; k < 2; k++)
     if (!isfinite(part->texture_origin[k]) || !isfinite(part->texture_size[k]) ||
         !(part->texture_size[k] > 0))
-      WRONG(BACKGROUND_PART, offset + FVV_BACK_PART_TEXTURE_ORIGIN,
+      WRONG(ENVIRONMENT_PART, offset + FVV_BACK_PART_TEXTURE_ORIGIN,
             "texture has origin %g and size %g, expected finite numbers and a positive size",
             part->texture_origin[k], part->texture_size[k]);
   return FVV_OK;
@@ -218,11 +219,11 @@ static fvv_status read_part(const uint8_t *p, uint64_t offset, const fvv_backgro
 
 /* Turns an error of a mesh into one of the chunk that contains it. */
 static void place_error(fvv_diagnostic *diagnostic, uint64_t offset) {
-  fvv_diagnostic_rebase(diagnostic, offset, FVV_CHUNK_BACKGROUND);
-  if (diagnostic) diagnostic->chunk_type = FVV_CHUNK_BACKGROUND;
+  fvv_diagnostic_rebase(diagnostic, offset, FVV_CHUNK_ENVIRONMENT);
+  if (diagnostic) diagnostic->chunk_type = FVV_CHUNK_ENVIRONMENT;
 }
 
-static fvv_status check_mesh(const fvv_background_part *part, const uint8_t *payload,
+static fvv_status check_mesh(const fvv_environment_part *part, const uint8_t *payload,
                              const fvv_limits *limits, uint64_t *vertices, uint64_t *faces,
                              fvv_diagnostic *diagnostic) {
   const uint64_t offset = (uint64_t)(part->mesh - payload);
@@ -233,9 +234,9 @@ static fvv_status check_mesh(const fvv_background_part *part, const uint8_t *pay
     return status;
   }
   if (header.profile == FVV_MESH_DELTA)
-    WRONG(BACKGROUND_PART, offset, "mesh of a background is a delta frame, expected another profile");
+    WRONG(ENVIRONMENT_PART, offset, "mesh of an environment is a delta frame, expected another profile");
   if (part->picture != FVV_NO_PICTURE && !header.texture_bits)
-    WRONG(BACKGROUND_PART, offset, "part has picture %lu but no texture coordinates",
+    WRONG(ENVIRONMENT_PART, offset, "part has picture %lu but no texture coordinates",
           (unsigned long)part->picture);
   *vertices += header.vertex_count;
   *faces += header.face_count;
@@ -244,12 +245,12 @@ static fvv_status check_mesh(const fvv_background_part *part, const uint8_t *pay
 }
 
 static fvv_status read_parts(const uint8_t *payload, uint64_t *data, uint64_t end, const fvv_limits *limits,
-                             fvv_background *out, fvv_diagnostic *diagnostic) {
+                             fvv_environment *out, fvv_diagnostic *diagnostic) {
   uint64_t vertices = 0, faces = 0;
   fvv_status status = FVV_OK;
   for (size_t i = 0; i < out->part_count && status == FVV_OK; i++) {
     const uint64_t offset = FVV_BACK_SIZE + (uint64_t)i * FVV_BACK_PART_SIZE;
-    fvv_background_part *part = &out->parts[i];
+    fvv_environment_part *part = &out->parts[i];
     const uint32_t size = fvv_get_u32(payload + offset + FVV_BACK_PART_MESH_SIZE);
     status = read_part(payload + offset, offset, out, part, diagnostic);
     if (status == FVV_OK) status = take(data, end, size, offset, payload, &part->mesh, diagnostic);
@@ -260,18 +261,18 @@ static fvv_status read_parts(const uint8_t *payload, uint64_t *data, uint64_t en
 }
 
 static fvv_status read_pictures(const uint8_t *payload, uint64_t offset, uint64_t *data, uint64_t end,
-                                const fvv_limits *limits, fvv_background *out, fvv_diagnostic *diagnostic) {
+                                const fvv_limits *limits, fvv_environment *out, fvv_diagnostic *diagnostic) {
   const uint64_t side = limits->max_dimension;
   uint64_t pixels = 0;
   for (size_t i = 0; i < out->picture_count; i++, offset += FVV_BACK_PICTURE_SIZE) {
     const uint8_t *p = payload + offset;
-    fvv_background_picture *picture = &out->pictures[i];
+    fvv_environment_picture *picture = &out->pictures[i];
     picture->codec = p[FVV_BACK_PICTURE_CODEC];
     picture->width = fvv_get_u32(p + FVV_BACK_PICTURE_WIDTH);
     picture->height = fvv_get_u32(p + FVV_BACK_PICTURE_HEIGHT);
     picture->size = fvv_get_u32(p + FVV_BACK_PICTURE_BYTES);
     if (!fvv_all_zero(p + FVV_BACK_PICTURE_RESERVED, 3))
-      WRONG(BACKGROUND_PAYLOAD, offset + FVV_BACK_PICTURE_RESERVED, "reserved bytes of a picture are not 0");
+      WRONG(ENVIRONMENT_PAYLOAD, offset + FVV_BACK_PICTURE_RESERVED, "reserved bytes of a picture are not 0");
     fvv_status status = take(data, end, (uint32_t)picture->size, offset, payload, &picture->data, diagnostic);
     if (status == FVV_OK) status = check_picture(picture, (uint64_t)(picture->data - payload), diagnostic);
     const uint64_t longer = picture->width > picture->height ? picture->width : picture->height;
@@ -285,7 +286,7 @@ static fvv_status read_pictures(const uint8_t *payload, uint64_t offset, uint64_
   return FVV_OK;
 }
 
-static fvv_status read_lights(const uint8_t *payload, uint64_t offset, fvv_background *out,
+static fvv_status read_lights(const uint8_t *payload, uint64_t offset, fvv_environment *out,
                               fvv_diagnostic *diagnostic) {
   for (size_t i = 0; i < out->light_count; i++, offset += FVV_BACK_LIGHT_SIZE) {
     const uint8_t *p = payload + offset;
@@ -293,7 +294,7 @@ static fvv_status read_lights(const uint8_t *payload, uint64_t offset, fvv_backg
     light->type = p[FVV_BACK_LIGHT_TYPE];
     light->flags = p[FVV_BACK_LIGHT_FLAGS];
     if (light->flags & ~FVV_LIGHT_CASTS_SHADOWS || !fvv_all_zero(p + FVV_BACK_LIGHT_RESERVED, 6))
-      WRONG(BACKGROUND_PAYLOAD, offset + FVV_BACK_LIGHT_FLAGS, "reserved bits of a light are not 0");
+      WRONG(ENVIRONMENT_PAYLOAD, offset + FVV_BACK_LIGHT_FLAGS, "reserved bits of a light are not 0");
     get_vector(p + FVV_BACK_LIGHT_POSITION, light->position, 3);
     get_vector(p + FVV_BACK_LIGHT_DIRECTION, light->direction, 3);
     get_vector(p + FVV_BACK_LIGHT_COLOUR, light->colour, 3);
@@ -313,7 +314,7 @@ static int allocate(const fvv_allocator *allocator, size_t count, size_t size, v
   return *out || !count;
 }
 
-static fvv_status read(const uint8_t *payload, size_t size, const fvv_limits *limits, fvv_background *out,
+static fvv_status read(const uint8_t *payload, size_t size, const fvv_limits *limits, fvv_environment *out,
                        fvv_diagnostic *diagnostic) {
   places at = {0};
   fvv_status status = read_header(payload, size, limits, out, &at, diagnostic);
@@ -329,50 +330,50 @@ static fvv_status read(const uint8_t *payload, size_t size, const fvv_limits *li
   out->pictures = pictures;
   out->lights = lights;
   if (!enough)
-    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_BACKGROUND, 0,
-                    "out of memory for a background");
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_ENVIRONMENT, 0,
+                    "out of memory for an environment");
   status = read_parts(payload, &at.data, size, limits, out, diagnostic);
   if (status == FVV_OK) status = read_pictures(payload, at.pictures, &at.data, size, limits, out, diagnostic);
   if (status == FVV_OK) status = read_lights(payload, at.lights, out, diagnostic);
   if (status == FVV_OK && at.data != size)
-    WRONG(BACKGROUND_PAYLOAD, at.data, "%llu bytes follow the last mesh or picture, expected none",
+    WRONG(ENVIRONMENT_PAYLOAD, at.data, "%llu bytes follow the last mesh or picture, expected none",
           (unsigned long long)(size - at.data));
   return status;
 }
 
-fvv_status fvv_background_decode(const uint8_t *payload, size_t size, const fvv_limits *limits,
-                                 const fvv_allocator *allocator, fvv_background *background,
-                                 fvv_diagnostic *diagnostic) {
+fvv_status fvv_environment_decode(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                                  const fvv_allocator *allocator, fvv_environment *environment,
+                                  fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  *background = (fvv_background){.payload = payload, .allocator = fvv_allocator_or_default(allocator)};
+  *environment = (fvv_environment){.payload = payload, .allocator = fvv_allocator_or_default(allocator)};
   const fvv_limits chosen = fvv_limits_or_default(limits);
-  const fvv_status status = read(payload, size, &chosen, background, diagnostic);
-  if (status != FVV_OK) fvv_background_free(background);
+  const fvv_status status = read(payload, size, &chosen, environment, diagnostic);
+  if (status != FVV_OK) fvv_environment_free(environment);
   return status;
 }
 
-void fvv_background_free(fvv_background *background) {
-  const fvv_allocator memory = fvv_allocator_or_default(&background->allocator);
-  if (background->parts)
-    fvv_release(&memory, background->parts, background->part_count * sizeof *background->parts);
-  if (background->pictures)
-    fvv_release(&memory, background->pictures, background->picture_count * sizeof *background->pictures);
-  if (background->lights)
-    fvv_release(&memory, background->lights, background->light_count * sizeof *background->lights);
-  *background = (fvv_background){0};
+void fvv_environment_free(fvv_environment *environment) {
+  const fvv_allocator memory = fvv_allocator_or_default(&environment->allocator);
+  if (environment->parts)
+    fvv_release(&memory, environment->parts, environment->part_count * sizeof *environment->parts);
+  if (environment->pictures)
+    fvv_release(&memory, environment->pictures, environment->picture_count * sizeof *environment->pictures);
+  if (environment->lights)
+    fvv_release(&memory, environment->lights, environment->light_count * sizeof *environment->lights);
+  *environment = (fvv_environment){0};
 }
 
-fvv_status fvv_background_mesh(const fvv_background *background, size_t part, const fvv_limits *limits,
-                               const fvv_allocator *allocator, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+fvv_status fvv_environment_mesh(const fvv_environment *environment, size_t part, const fvv_limits *limits,
+                                const fvv_allocator *allocator, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *mesh = (fvv_mesh){0};
-  if (part >= background->part_count)
-    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "no part %zu, the background has %zu parts",
-                    part, background->part_count);
-  const fvv_background_part *chosen = &background->parts[part];
+  if (part >= environment->part_count)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "no part %zu, the environment has %zu parts",
+                    part, environment->part_count);
+  const fvv_environment_part *chosen = &environment->parts[part];
   const fvv_status status =
       fvv_mesh_decode(chosen->mesh, chosen->mesh_size, limits, allocator, mesh, diagnostic);
-  if (status != FVV_OK) place_error(diagnostic, (uint64_t)(chosen->mesh - background->payload));
+  if (status != FVV_OK) place_error(diagnostic, (uint64_t)(chosen->mesh - environment->payload));
   return status;
 }
 
@@ -382,7 +383,7 @@ static void put_vector(uint8_t *p, const double *values, int count) {
   for (int k = 0; k < count; k++) fvv_put_f64(p + 8 * k, values[k]);
 }
 
-static fvv_status put_header(const fvv_background *b, fvv_bytes *out) {
+static fvv_status put_header(const fvv_environment *b, fvv_bytes *out) {
   uint8_t p[FVV_BACK_SIZE] = {0};
   put_vector(p + FVV_BACK_LATTICE_ORIGIN, b->lattice_origin, 3);
   fvv_put_f64(p + FVV_BACK_LATTICE_STEP, b->lattice_step);
@@ -392,7 +393,7 @@ static fvv_status put_header(const fvv_background *b, fvv_bytes *out) {
   return fvv_bytes_append(out, p, sizeof p);
 }
 
-static fvv_status put_part(const fvv_background_part *part, fvv_bytes *out) {
+static fvv_status put_part(const fvv_environment_part *part, fvv_bytes *out) {
   uint8_t p[FVV_BACK_PART_SIZE] = {0};
   fvv_put_u32(p + FVV_BACK_PART_MESH_SIZE, (uint32_t)part->mesh_size);
   fvv_put_u32(p + FVV_BACK_PART_PICTURE, part->picture);
@@ -403,7 +404,7 @@ static fvv_status put_part(const fvv_background_part *part, fvv_bytes *out) {
   return fvv_bytes_append(out, p, sizeof p);
 }
 
-static fvv_status put_picture(const fvv_background_picture *picture, fvv_bytes *out) {
+static fvv_status put_picture(const fvv_environment_picture *picture, fvv_bytes *out) {
   uint8_t p[FVV_BACK_PICTURE_SIZE] = {0};
   p[FVV_BACK_PICTURE_CODEC] = picture->codec;
   fvv_put_u32(p + FVV_BACK_PICTURE_WIDTH, picture->width);
@@ -426,7 +427,7 @@ static fvv_status put_light(const fvv_light *light, fvv_bytes *out) {
   return fvv_bytes_append(out, p, sizeof p);
 }
 
-static fvv_status write(const fvv_background *b, fvv_bytes *out) {
+static fvv_status write(const fvv_environment *b, fvv_bytes *out) {
   fvv_status status = put_header(b, out);
   for (size_t i = 0; i < b->part_count && status == FVV_OK; i++) status = put_part(&b->parts[i], out);
   for (size_t i = 0; i < b->picture_count && status == FVV_OK; i++)
@@ -440,7 +441,7 @@ static fvv_status write(const fvv_background *b, fvv_bytes *out) {
 }
 
 /* Sizes and counts have 32 bits. */
-static int fits(const fvv_background *b) {
+static int fits(const fvv_environment *b) {
   int all = b->part_count <= UINT32_MAX && b->picture_count <= UINT32_MAX && b->light_count <= UINT32_MAX;
   for (size_t i = 0; i < b->part_count; i++) all = all && b->parts[i].mesh_size <= UINT32_MAX;
   for (size_t i = 0; i < b->picture_count; i++) all = all && b->pictures[i].size <= UINT32_MAX;
@@ -450,28 +451,28 @@ static int fits(const fvv_background *b) {
 /* The rules, and the limits that every reader has. */
 static fvv_status judge(const fvv_bytes *payload, const fvv_allocator *allocator,
                         fvv_diagnostic *diagnostic) {
-  fvv_background again;
+  fvv_environment again;
   fvv_status status = fvv_readable_check(payload->size, fvv_limits_or_default(NULL).max_payload,
-                                         "bytes of a background", FVV_CHUNK_BACKGROUND, diagnostic);
+                                         "bytes of an environment", FVV_CHUNK_ENVIRONMENT, diagnostic);
   if (status == FVV_OK)
-    status = fvv_background_decode(payload->data, payload->size, NULL, allocator, &again, diagnostic);
-  if (status == FVV_OK) fvv_background_free(&again);
+    status = fvv_environment_decode(payload->data, payload->size, NULL, allocator, &again, diagnostic);
+  if (status == FVV_OK) fvv_environment_free(&again);
   return status;
 }
 
-fvv_status fvv_background_encode(const fvv_background *background, const fvv_allocator *allocator,
-                                 fvv_bytes *payload, fvv_diagnostic *diagnostic) {
+fvv_status fvv_environment_encode(const fvv_environment *environment, const fvv_allocator *allocator,
+                                  fvv_bytes *payload, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   const fvv_allocator memory = fvv_allocator_or_default(allocator);
   if (!payload->allocator.resize) payload->allocator = memory;
   payload->size = 0;
-  if (!fits(background))
-    return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_BACKGROUND_PAYLOAD, FVV_CHUNK_BACKGROUND, 0,
-                    "a mesh or picture of 4 GiB or more does not fit in a background");
-  fvv_status status = write(background, payload);
+  if (!fits(environment))
+    return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_ENVIRONMENT_PAYLOAD, FVV_CHUNK_ENVIRONMENT, 0,
+                    "a mesh or picture of 4 GiB or more does not fit in an environment");
+  fvv_status status = write(environment, payload);
   if (status == FVV_ERROR_MEMORY)
-    return fvv_fail(diagnostic, status, 0, FVV_CHUNK_BACKGROUND, 0,
-                    "out of memory while encoding a background");
+    return fvv_fail(diagnostic, status, 0, FVV_CHUNK_ENVIRONMENT, 0,
+                    "out of memory while encoding an environment");
   status = judge(payload, &memory, diagnostic);
   if (status == FVV_OK) return status;
   payload->size = 0;

@@ -1,7 +1,7 @@
 // An environment of two parts, two pictures and three lights, small enough to be taken apart byte by byte.
 #pragma once
 
-#include "fvv/background.h"
+#include "fvv/environment.h"
 #include "fvv_catch.h"
 
 #include <vector>
@@ -35,11 +35,11 @@ inline Bytes square_mesh(int32_t z, bool texture, uint8_t profile = FVV_MESH_RAW
 struct Environment {
   std::vector<Bytes> meshes = {square_mesh(0, true), square_mesh(40, false, FVV_MESH_DRACO)};
   std::vector<Bytes> files = {jpeg_file(32, 16), png_file(5, 3)};
-  std::vector<fvv_background_part> parts = {
+  std::vector<fvv_environment_part> parts = {
       {nullptr, 0, 1, {65535, 32768, 7}, FVV_PART_UNLIT | FVV_PART_CLAMPED, {-2, 0.5}, {4, 1.5}},
       {nullptr, 0, FVV_NO_PICTURE, {100, 200, 300}, FVV_PART_DOUBLE_SIDED, {0, 0}, {1, 1}}};
-  std::vector<fvv_background_picture> pictures = {{FVV_PICTURE_JPEG, 32, 16, nullptr, 0},
-                                                  {FVV_PICTURE_PNG, 5, 3, nullptr, 0}};
+  std::vector<fvv_environment_picture> pictures = {{FVV_PICTURE_JPEG, 32, 16, nullptr, 0},
+                                                   {FVV_PICTURE_PNG, 5, 3, nullptr, 0}};
   std::vector<fvv_light> lights = {
       {FVV_LIGHT_DIRECTIONAL,
        FVV_LIGHT_CASTS_SHADOWS,
@@ -55,7 +55,7 @@ struct Environment {
   double origin[3] = {-1, 0.5, 2}, step = 0.25;
 
   // Borrows from this.
-  fvv_background view() {
+  fvv_environment view() {
     for (size_t i = 0; i < parts.size(); i++) {
       parts[i].mesh = meshes[i].data();
       parts[i].mesh_size = meshes[i].size();
@@ -76,9 +76,9 @@ struct Environment {
             {}};
   }
   fvv_status encode(Bytes &out, fvv_diagnostic *diagnostic = nullptr) {
-    const fvv_background background = view();
+    const fvv_environment environment = view();
     fvv_bytes payload = {};
-    const fvv_status status = fvv_background_encode(&background, nullptr, &payload, diagnostic);
+    const fvv_status status = fvv_environment_encode(&environment, nullptr, &payload, diagnostic);
     out.assign(payload.data, payload.data + payload.size);
     fvv_bytes_free(&payload);
     return status;

@@ -39,7 +39,7 @@ def glb(path):
 
 def test_an_environment_follows_the_second_frame(stage, fvvinfo):
     _, stream, summary = stage
-    found = summary["background"]
+    found = summary["environment"]
     counts = [found[key] for key in ("chunks", "parts", "triangles", "pictures", "lights")]
     assert counts == [1, 2, 10, 2, 2]
     info = json.loads(fvvinfo("--check", "--chunks", "--json", stream).stdout)["files"][0]
@@ -66,18 +66,18 @@ def test_without_and_with_repetitions(stage, tmp_path, fvvinfo):
 def test_an_environment_comes_out_and_goes_in_again(stage, tmp_path):
     folder, stream, summary = stage
     out, again = tmp_path / "out", tmp_path / "again.fvv"
-    assert figures("fvvdemux", stream, "-o", out, "--frames", "2")["background"]
+    assert figures("fvvdemux", stream, "-o", out, "--frames", "2")["environment"]
     description = json.loads((out / "capture.json").read_text())
     validate(description, "capture")
-    assert description["background"]["file"] == "background.glb"
-    assert description["background"]["lattice"]["step"] == summary["background"]["lattice"]["step"]
-    before, old = glb(folder / "background.glb")
-    after, new = glb(out / "background.glb")
+    assert description["environment"]["file"] == "environment.glb"
+    assert description["environment"]["lattice"]["step"] == summary["environment"]["lattice"]["step"]
+    before, old = glb(folder / "environment.glb")
+    after, new = glb(out / "environment.glb")
     for a, b in zip(before["images"], after["images"], strict=True):
         assert old(a["bufferView"]) == new(b["bufferView"]), "pictures are passed on as they are"
-    second = figures("fvvmux", out, "-o", again, *LIGHTLY, "--keep-geometry")["background"]
+    second = figures("fvvmux", out, "-o", again, *LIGHTLY, "--keep-geometry")["environment"]
     for key in ("bytes", "parts", "vertices", "triangles", "picture_bytes", "lights"):
-        assert second[key] == summary["background"][key], key
+        assert second[key] == summary["environment"][key], key
     assert second["max_axis_error"] < 1e-6
     for index in range(2):
         points = []
@@ -87,13 +87,13 @@ def test_an_environment_comes_out_and_goes_in_again(stage, tmp_path):
             points.append(np.sort(np.frombuffer(data, "<f4").reshape(-1, 3), axis=0))
         assert np.abs(points[0] - points[1]).max() < 1e-3
     run("fvvdemux", stream, "-o", tmp_path / "bare", "--no-environment")
-    assert "background" not in json.loads((tmp_path / "bare/capture.json").read_text())
+    assert "environment" not in json.loads((tmp_path / "bare/capture.json").read_text())
 
 
 def test_metadata_of_pictures_is_dropped(stage, tmp_path):
     folder = tmp_path / "capture"
     shutil.copytree(stage[0], folder)
-    path = folder / "background.glb"
+    path = folder / "environment.glb"
     data = path.read_bytes()
     jpeg = data.index(b"\xff\xd8\xff\xe0")
     secret = b"\xff\xe1\x00\x0asecret!!" + b"\xff\xfe\x00\x06note"
@@ -135,18 +135,18 @@ def test_the_environment_is_drawn_as_the_cameras_saw_it(stage, tmp_path):
     assert (drawn.sum(axis=2) > 0).mean() > 0.97
 
 
-def test_a_background_that_is_missing_or_cut_is_refused(stage, tmp_path):
+def test_a_environment_that_is_missing_or_cut_is_refused(stage, tmp_path):
     folder = tmp_path / "capture"
     shutil.copytree(stage[0], folder)
-    (folder / "background.glb").unlink()
+    (folder / "environment.glb").unlink()
     done = run("fvvmux", folder, "-o", tmp_path / "x.fvv", code=1)
-    assert "background: background.glb: is missing" in done.stderr
-    (folder / "background.glb").write_bytes((stage[0] / "background.glb").read_bytes()[:5000])
+    assert "environment: environment.glb: is missing" in done.stderr
+    (folder / "environment.glb").write_bytes((stage[0] / "environment.glb").read_bytes()[:5000])
     done = run("fvvmux", folder, "-o", tmp_path / "x.fvv", code=1)
-    assert "background.glb" in done.stderr and not (tmp_path / "x.fvv").exists()
+    assert "environment.glb" in done.stderr and not (tmp_path / "x.fvv").exists()
 
 
-def test_a_damaged_background_costs_nothing_else(stage, tmp_path):
+def test_a_damaged_environment_costs_nothing_else(stage, tmp_path):
     data = bytearray(stage[1].read_bytes())
     at = data.index(b"BACK", 24)
     data[at + 32 + 500] ^= 4
@@ -156,5 +156,7 @@ def test_a_damaged_background_costs_nothing_else(stage, tmp_path):
     assert "no environment" in done.stderr and "FVV-1103" in done.stderr
     assert np.asarray(Image.open(tmp_path / "v.png")).any()
     done = run("fvvdemux", broken, "-o", tmp_path / "out", "--frames", "2", code=3)
-    assert "the background is lost" in done.stderr
-    assert (tmp_path / "out" / "capture.json").exists() and not (tmp_path / "out" / "background.glb").exists()
+    assert "the environment is lost" in done.stderr
+    assert (tmp_path / "out" / "capture.json").exists() and not (
+        tmp_path / "out" / "environment.glb"
+    ).exists()

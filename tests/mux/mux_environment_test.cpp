@@ -2,7 +2,7 @@
 #include "mux_fixture.h"
 
 #include "fvv_mux/report.h"
-#include "mux/src/background.h"
+#include "mux/src/environment.h"
 
 namespace {
 
@@ -17,8 +17,8 @@ FileOptions with_triangle(const Folder &folder) {
   environment.parts[0].mesh.faces = {0, 2, 1};
   const std::string file = scene::format_environment(environment, {{0, 0, 0}, 0.001}, "stage.glb");
   write_bytes(folder.path("in/stage.glb"), file.data(), file.size());
-  capture.background.emplace();
-  capture.background->file = "stage.glb";
+  capture.environment.emplace();
+  capture.environment->file = "stage.glb";
   scene::write_capture(capture, capture.path);
   FileOptions options = options_for(folder);
   options.verify = true;
@@ -33,18 +33,18 @@ TEST_CASE("the environment is read back for every group, and another one is foun
   Encoded encoded = encode_file(options);
   mux::Report summary = encoded.report;
   summary.verdict = encoded.verify(options.output);
-  CHECK(summary.verdict->backgrounds == 3);
-  CHECK(json_of(summary)["verified"]["background"] == 3);
+  CHECK(summary.verdict->environments == 3);
+  CHECK(json_of(summary)["verified"]["environment"] == 3);
   CHECK(text_of(summary).find("the environment of 3 groups is the capture's") != std::string::npos);
 
   // What was packed is no longer what is in the stream.
-  auto other = std::make_shared<mux::PackedBackground>(*encoded.plan.background);
+  auto other = std::make_shared<mux::PackedEnvironment>(*encoded.plan.environment);
   other->payload.back() ^= 1;
-  const auto packed = std::exchange(encoded.plan.background, other);
+  const auto packed = std::exchange(encoded.plan.environment, other);
   CHECK_THROWS_WITH(encoded.verify(options.output),
                     options.output + ": group 0: environment: it is not the one that was written");
-  encoded.plan.background = packed;
-  CHECK(encoded.verify(options.output).backgrounds == 3);
+  encoded.plan.environment = packed;
+  CHECK(encoded.verify(options.output).environments == 3);
 
   // Nor is it what the capture has by now.
   scene::Environment moved;

@@ -10,7 +10,7 @@
 
 namespace fvv::mux {
 
-struct PackedBackground {
+struct PackedEnvironment {
   std::vector<uint8_t> payload;
   geometry::Lattice lattice = {{0, 0, 0}, 0.001};
   std::string reason; // of its step
@@ -32,6 +32,6 @@ struct FittedPicture {
 FittedPicture fit_picture(const std::string &file, const std::string &name);
 
 // The environment must be there. Throws Error.
-std::shared_ptr<const PackedBackground> pack_background(const scene::Capture &capture);
+std::shared_ptr<const PackedEnvironment> pack_environment(const scene::Capture &capture);
 
 } // namespace fvv::mux

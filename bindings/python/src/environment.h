@@ -7,7 +7,7 @@
 namespace fvv::python {
 
 // One mesh of it.
-struct BackgroundPart {
+struct EnvironmentPart {
   std::shared_ptr<Mesh> mesh; // uvs run over the part's rectangle of the picture
   std::optional<size_t> picture;
   double colour[3];
@@ -15,17 +15,17 @@ struct BackgroundPart {
   double texture_origin[2], texture_size[2];
 };
 
-struct Background {
-  std::vector<BackgroundPart> parts;
+struct Environment {
+  std::vector<EnvironmentPart> parts;
   std::vector<std::string> pictures; // files
   std::vector<fvv_light> lights;
 };
 
-// Appends what belongs to a group on one background track; false: it has none. Throws Failure.
-bool add_background(fvv_stream *stream, size_t group, uint16_t track, const Limits &limits,
-                    const std::string &file, Background &out);
+// Appends what belongs to a group on one environment track; false: it has none. Throws Failure.
+bool add_environment(fvv_stream *stream, size_t group, uint16_t track, const Limits &limits,
+                     const std::string &file, Environment &out);
 
-// (parts, pictures, lights) as tuples, for fvv/background.py.
-py::tuple described(Background &&background);
+// (parts, pictures, lights) as tuples, for fvv/environment.py.
+py::tuple described(Environment &&environment);
 
 } // namespace fvv::python

@@ -1,47 +1,47 @@
 /* The order of chunks: what is checked of each, and what changes when it is taken. */
-#include "container/sequence.h"
+#include "container/chunk_order.h"
 
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/memory.h"
 
-void fvv_sequence_init(fvv_sequence *sequence, const fvv_limits *limits, const fvv_allocator *allocator) {
-  memset(sequence, 0, sizeof *sequence);
-  sequence->limits = fvv_limits_or_default(limits);
-  sequence->allocator = fvv_allocator_or_default(allocator);
-  sequence->last_end = INT64_MIN;
-  fvv_group_table_init(&sequence->table, &sequence->allocator);
-  sequence->tracks.allocator = sequence->blocks.allocator = sequence->groups.allocator =
-      sequence->scratch.allocator = sequence->allocator;
-  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) sequence->known[i].tracks.allocator = sequence->allocator;
+void fvv_chunk_order_init(fvv_chunk_order *order, const fvv_limits *limits, const fvv_allocator *allocator) {
+  memset(order, 0, sizeof *order);
+  order->limits = fvv_limits_or_default(limits);
+  order->allocator = fvv_allocator_or_default(allocator);
+  order->last_end = INT64_MIN;
+  fvv_group_table_init(&order->table, &order->allocator);
+  order->tracks.allocator = order->blocks.allocator = order->groups.allocator = order->scratch.allocator =
+      order->allocator;
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) order->known[i].tracks.allocator = order->allocator;
 }
 
-void fvv_sequence_free(fvv_sequence *sequence) {
-  fvv_group_table_free(&sequence->table);
-  fvv_bytes_free(&sequence->tracks);
-  fvv_bytes_free(&sequence->blocks);
-  fvv_bytes_free(&sequence->groups);
-  fvv_bytes_free(&sequence->scratch);
-  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) fvv_bytes_free(&sequence->known[i].tracks);
+void fvv_chunk_order_free(fvv_chunk_order *order) {
+  fvv_group_table_free(&order->table);
+  fvv_bytes_free(&order->tracks);
+  fvv_bytes_free(&order->blocks);
+  fvv_bytes_free(&order->groups);
+  fvv_bytes_free(&order->scratch);
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) fvv_bytes_free(&order->known[i].tracks);
 }
 
-void fvv_sequence_inherit(fvv_sequence *sequence, fvv_sequence *former) {
+void fvv_chunk_order_inherit(fvv_chunk_order *order, fvv_chunk_order *former) {
   for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) {
-    const fvv_known_block mine = sequence->known[i];
-    sequence->known[i] = former->known[i];
+    const fvv_known_block mine = order->known[i];
+    order->known[i] = former->known[i];
     former->known[i] = mine;
   }
-  sequence->next_known = former->next_known;
+  order->next_known = former->next_known;
 }
 
-static fvv_known_block *find_known(fvv_sequence *s, uint32_t digest) {
+static fvv_known_block *find_known(fvv_chunk_order *s, uint32_t digest) {
   for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++)
     if (s->known[i].used && s->known[i].digest == digest) return &s->known[i];
   return NULL;
 }
 
 /* Remembers the tracks of the block that holds. */
-static fvv_status remember_block(fvv_sequence *s) {
+static fvv_status remember_block(fvv_chunk_order *s) {
   if (find_known(s, s->configuration_crc)) return FVV_OK;
   fvv_known_block *block = &s->known[s->next_known];
   s->next_known = (s->next_known + 1) % FVV_KNOWN_BLOCKS;
@@ -54,24 +54,24 @@ static fvv_status remember_block(fvv_sequence *s) {
 }
 
 /* The block with this digest holds, although it is not the last one. */
-static fvv_status recall_block(fvv_sequence *s, const fvv_known_block *block) {
+static fvv_status recall_block(fvv_chunk_order *s, const fvv_known_block *block) {
   s->configuration = FVV_CONFIGURATION_GOOD;
   s->configuration_crc = block->digest;
   s->tracks.size = 0;
   return fvv_bytes_append(&s->tracks, block->tracks.data, block->tracks.size);
 }
 
-uint8_t fvv_sequence_counter(const fvv_sequence *sequence, uint32_t type) {
+uint8_t fvv_chunk_order_counter(const fvv_chunk_order *order, uint32_t type) {
   const int restarts = type == FVV_CHUNK_SCENE || type == FVV_CHUNK_GROUP || type == FVV_CHUNK_INDEX;
-  return restarts ? 0 : sequence->next_counter;
+  return restarts ? 0 : order->next_counter;
 }
 
-static size_t track_count(const fvv_sequence *s) {
-  return s->tracks.size / sizeof(fvv_sequence_track);
+static size_t track_count(const fvv_chunk_order *s) {
+  return s->tracks.size / sizeof(fvv_chunk_order_track);
 }
 
-static fvv_sequence_track *track_of(const fvv_sequence *s, uint16_t id) {
-  fvv_sequence_track *tracks = (fvv_sequence_track *)s->tracks.data;
+static fvv_chunk_order_track *track_of(const fvv_chunk_order *s, uint16_t id) {
+  fvv_chunk_order_track *tracks = (fvv_chunk_order_track *)s->tracks.data;
   for (size_t i = 0; i < track_count(s); i++)
     if (tracks[i].id == id) return &tracks[i];
   return NULL;
@@ -85,7 +85,7 @@ static fvv_sequence_track *track_of(const fvv_sequence *s, uint16_t id) {
   return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_##issue, header->type, offset + (at), __VA_ARGS__)
 enum { IN_PAYLOAD = FVV_CHUNK_HEADER_SIZE };
 
-static fvv_status check_place(const fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset,
+static fvv_status check_place(const fvv_chunk_order *s, const fvv_chunk_header *header, uint64_t offset,
                               fvv_diagnostic *diagnostic) {
   const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if (s->footer_seen) BROKEN(TRAILING, 0, "a chunk follows the footer");
@@ -106,8 +106,8 @@ static fvv_status check_place(const fvv_sequence *s, const fvv_chunk_header *hea
 }
 
 /* Ticks and lattice indices must mean the same all through a stream. */
-static fvv_status check_scene(const fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
-                              uint64_t offset, fvv_diagnostic *diagnostic) {
+static fvv_status check_scene(const fvv_chunk_order *s, const fvv_chunk_header *header,
+                              const uint8_t *payload, uint64_t offset, fvv_diagnostic *diagnostic) {
   fvv_scene scene;
   const fvv_status status = fvv_scene_decode(&scene, payload, (size_t)header->size, diagnostic);
   if (status < 0) {
@@ -127,8 +127,8 @@ static fvv_status check_scene(const fvv_sequence *s, const fvv_chunk_header *hea
   return FVV_OK;
 }
 
-static fvv_status check_track(const fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
-                              uint64_t offset, fvv_diagnostic *diagnostic) {
+static fvv_status check_track(const fvv_chunk_order *s, const fvv_chunk_header *header,
+                              const uint8_t *payload, uint64_t offset, fvv_diagnostic *diagnostic) {
   fvv_track track;
   const fvv_status status = fvv_track_decode(&track, payload, (size_t)header->size, &s->limits, diagnostic);
   if (status < 0) {
@@ -144,7 +144,7 @@ static fvv_status check_track(const fvv_sequence *s, const fvv_chunk_header *hea
   return FVV_OK;
 }
 
-static fvv_status check_group(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+static fvv_status check_group(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
                               uint64_t offset, fvv_diagnostic *diagnostic) {
   if (header->size != FVV_GRUP_SIZE)
     BROKEN(GROUP_PAYLOAD, FVV_CHUNK_HEADER_PAYLOAD_SIZE, "payload of %llu bytes, expected %d",
@@ -178,7 +178,7 @@ static fvv_status check_group(fvv_sequence *s, const fvv_chunk_header *header, c
 }
 
 /* A layout belongs to the samples after it; rules about a track's chunks do not count it. */
-static fvv_status check_layout(const fvv_sequence_track *track, const fvv_chunk_header *header,
+static fvv_status check_layout(const fvv_chunk_order_track *track, const fvv_chunk_header *header,
                                uint64_t offset, fvv_diagnostic *diagnostic) {
   if (track->laid_out)
     BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TRACK, "track %u has a second layout in its group", header->track);
@@ -188,7 +188,7 @@ static fvv_status check_layout(const fvv_sequence_track *track, const fvv_chunk_
   return FVV_OK;
 }
 
-static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset,
+static fvv_status check_frame(const fvv_chunk_order *s, const fvv_chunk_header *header, uint64_t offset,
                               fvv_diagnostic *diagnostic) {
   if (s->table.chunk_count >= s->limits.max_group_chunks)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header->type, offset,
@@ -204,7 +204,7 @@ static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *hea
            (long long)s->table.last_time);
   const uint8_t kind = fvv_chunk_track_kind(header->type);
   if (!kind || s->configuration != FVV_CONFIGURATION_GOOD) return FVV_OK;
-  const fvv_sequence_track *track = track_of(s, header->track);
+  const fvv_chunk_order_track *track = track_of(s, header->track);
   if (!track) BROKEN(TRACK_UNDECLARED, FVV_CHUNK_HEADER_TRACK, "track %u is not declared", header->track);
   if (track->kind != kind)
     BROKEN(TRACK_KIND_MISMATCH, FVV_CHUNK_HEADER_TRACK, "track %u is of kind %u, expected %u", header->track,
@@ -223,7 +223,7 @@ static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *hea
   return FVV_OK;
 }
 
-static fvv_status check_group_end(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+static fvv_status check_group_end(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
                                   uint64_t offset, fvv_diagnostic *diagnostic) {
   const fvv_status status = fvv_group_table_encode(&s->table, &s->scratch);
   if (status < 0) return status;
@@ -240,7 +240,7 @@ static fvv_status check_group_end(fvv_sequence *s, const fvv_chunk_header *heade
   BROKEN(GROUP_TABLE, IN_PAYLOAD + i, "table does not match the chunks of the group");
 }
 
-static fvv_status check_end(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+static fvv_status check_end(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
                             uint64_t offset, fvv_diagnostic *diagnostic) {
   if (s->joined) return FVV_OK;
   if (header->type == FVV_CHUNK_FOOTER) {
@@ -254,7 +254,7 @@ static fvv_status check_end(fvv_sequence *s, const fvv_chunk_header *header, con
     return FVV_OK;
   }
   if (s->gaps) return FVV_OK;
-  const fvv_status status = fvv_sequence_index(s, &s->scratch);
+  const fvv_status status = fvv_chunk_order_index(s, &s->scratch);
   if (status < 0) return status;
   if (header->size != s->scratch.size || memcmp(payload, s->scratch.data, s->scratch.size) != 0)
     BROKEN(INDEX, IN_PAYLOAD, "index does not list the %zu groups of the stream",
@@ -262,8 +262,8 @@ static fvv_status check_end(fvv_sequence *s, const fvv_chunk_header *header, con
   return FVV_OK;
 }
 
-fvv_status fvv_sequence_check(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
-                              uint64_t offset, fvv_diagnostic *diagnostic) {
+fvv_status fvv_chunk_order_check(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
+                                 uint64_t offset, fvv_diagnostic *diagnostic) {
   const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if (place == FVV_PLACE_UNKNOWN && header->flags & FVV_FLAG_CRITICAL)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_UNKNOWN_CRITICAL, header->type, offset,
@@ -274,10 +274,10 @@ fvv_status fvv_sequence_check(fvv_sequence *s, const fvv_chunk_header *header, c
   if (s->suspect && !fresh && place != FVV_PLACE_END && !s->footer_seen) return FVV_OK;
   if (!s->suspect || s->footer_seen) status = check_place(s, header, offset, diagnostic);
   if (status < 0) return status;
-  if (!s->suspect && header->counter != fvv_sequence_counter(s, header->type))
+  if (!s->suspect && header->counter != fvv_chunk_order_counter(s, header->type))
     BROKEN(CONTINUITY, FVV_CHUNK_HEADER_COUNTER,
            "continuity counter is %u, expected %u: chunks are missing or repeated", header->counter,
-           fvv_sequence_counter(s, header->type));
+           fvv_chunk_order_counter(s, header->type));
   switch (header->type) {
   case FVV_CHUNK_SCENE:
     return check_scene(s, header, payload, offset, diagnostic);
@@ -296,7 +296,7 @@ fvv_status fvv_sequence_check(fvv_sequence *s, const fvv_chunk_header *header, c
 
 /* What an accepted chunk changes. */
 
-static fvv_status begin_block(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+static fvv_status begin_block(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
                               uint64_t offset) {
   fvv_scene scene;
   if (!s->scene_seen && fvv_scene_decode(&scene, payload, (size_t)header->size, NULL) == FVV_OK) {
@@ -314,7 +314,7 @@ static fvv_status begin_block(fvv_sequence *s, const fvv_chunk_header *header, c
 
 /* The digest covers every header of the block, and each header has the CRC of its payload. A block that was
  * damaged or lost is replaced by an intact repetition. */
-static fvv_status find_configuration(fvv_sequence *s, uint32_t digest) {
+static fvv_status find_configuration(fvv_chunk_order *s, uint32_t digest) {
   const int is_whole = s->configuration == FVV_CONFIGURATION_GOOD ||
                        (s->configuration == FVV_CONFIGURATION_LOST && s->configuration_offset);
   if (is_whole && digest == s->configuration_crc) {
@@ -328,7 +328,7 @@ static fvv_status find_configuration(fvv_sequence *s, uint32_t digest) {
   return FVV_OK;
 }
 
-static fvv_status begin_group(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+static fvv_status begin_group(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
                               uint64_t offset) {
   const fvv_status status = find_configuration(s, fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC));
   if (status < 0) return status;
@@ -341,13 +341,13 @@ static fvv_status begin_group(fvv_sequence *s, const fvv_chunk_header *header, c
   const uint32_t number = fvv_get_u32(payload + FVV_GRUP_SEQUENCE);
   s->next_sequence = number + 1;
   fvv_group_table_begin(&s->table, header, number);
-  fvv_sequence_track *tracks = (fvv_sequence_track *)s->tracks.data;
+  fvv_chunk_order_track *tracks = (fvv_chunk_order_track *)s->tracks.data;
   for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++) tracks[i].seen = tracks[i].laid_out = 0;
   return FVV_OK;
 }
 
 /* The block of the open group, for the index. */
-static fvv_status list_block(fvv_sequence *s) {
+static fvv_status list_block(fvv_chunk_order *s) {
   const size_t count = s->blocks.size / sizeof(fvv_index_block);
   if (count && ((const fvv_index_block *)s->blocks.data)[count - 1].offset == s->configuration_offset)
     return FVV_OK;
@@ -357,7 +357,7 @@ static fvv_status list_block(fvv_sequence *s) {
   return fvv_bytes_append(&s->blocks, &block, sizeof block);
 }
 
-static fvv_status end_group(fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset) {
+static fvv_status end_group(fvv_chunk_order *s, const fvv_chunk_header *header, uint64_t offset) {
   s->in_group = 0;
   s->last_end = s->group_end;
   /* After damage, and where reading began late, no index is compared: live streams have no end. */
@@ -374,14 +374,14 @@ static fvv_status end_group(fvv_sequence *s, const fvv_chunk_header *header, uin
   entry.group.end = s->group_end;
   entry.group.sequence = s->table.sequence;
   entry.group.frame_count = s->table.frame_count;
-  entry.group.intact = fvv_sequence_group_intact(s);
+  entry.group.intact = fvv_chunk_order_group_intact(s);
   entry.group.configuration_offset = s->configuration_offset;
   entry.chain_crc = s->table.chain_crc;
   return fvv_bytes_append(&s->groups, &entry, sizeof entry);
 }
 
-static fvv_status add_frame_chunk(fvv_sequence *s, const fvv_chunk_header *header) {
-  fvv_sequence_track *tracks = (fvv_sequence_track *)s->tracks.data;
+static fvv_status add_frame_chunk(fvv_chunk_order *s, const fvv_chunk_header *header) {
+  fvv_chunk_order_track *tracks = (fvv_chunk_order_track *)s->tracks.data;
   for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++)
     if (tracks[i].id == header->track && fvv_chunk_track_kind(header->type)) {
       if (header->type == FVV_CHUNK_TILES)
@@ -393,8 +393,8 @@ static fvv_status add_frame_chunk(fvv_sequence *s, const fvv_chunk_header *heade
   return fvv_group_table_add(&s->table, header);
 }
 
-fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
-                              uint64_t offset) {
+fvv_status fvv_chunk_order_apply(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
+                                 uint64_t offset) {
   s->next_counter = (uint8_t)(header->counter + 1);
   fvv_status status = FVV_OK;
   switch (header->type) {
@@ -416,7 +416,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
     return FVV_OK;
   case FVV_CHUNK_TRACK:
     if (s->in_block && header->size >= FVV_TRAK_SIZE) {
-      const fvv_sequence_track track = {header->track, payload[FVV_TRAK_KIND], 0, 0, 0};
+      const fvv_chunk_order_track track = {header->track, payload[FVV_TRAK_KIND], 0, 0, 0};
       status = fvv_bytes_append(&s->tracks, &track, sizeof track);
     }
     break;
@@ -434,7 +434,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
   return FVV_OK;
 }
 
-void fvv_sequence_lost(fvv_sequence *s) {
+void fvv_chunk_order_lost(fvv_chunk_order *s) {
   s->suspect = s->gaps = s->hole = 1;
   /* A block that is complete stays good; if a newer one was lost, the next group's digest shows it. */
   if ((s->in_block && s->configuration == FVV_CONFIGURATION_GOOD) ||
@@ -442,7 +442,7 @@ void fvv_sequence_lost(fvv_sequence *s) {
     s->configuration = FVV_CONFIGURATION_LOST;
 }
 
-void fvv_sequence_broken(fvv_sequence *s, const fvv_chunk_header *header) {
+void fvv_chunk_order_broken(fvv_chunk_order *s, const fvv_chunk_header *header) {
   s->suspect = s->gaps = s->hole = 1;
   const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if ((s->in_block || s->configuration == FVV_CONFIGURATION_NONE) &&
@@ -450,21 +450,21 @@ void fvv_sequence_broken(fvv_sequence *s, const fvv_chunk_header *header) {
     s->configuration = FVV_CONFIGURATION_BROKEN;
 }
 
-void fvv_sequence_missing(fvv_sequence *s) {
+void fvv_chunk_order_missing(fvv_chunk_order *s) {
   s->gaps = 1;
 }
 
-void fvv_sequence_abandon_group(fvv_sequence *s) {
+void fvv_chunk_order_abandon_group(fvv_chunk_order *s) {
   s->in_group = 0;
   s->gaps = s->hole = 1;
 }
 
-int fvv_sequence_group_intact(const fvv_sequence *s) {
+int fvv_chunk_order_group_intact(const fvv_chunk_order *s) {
   return !s->suspect &&
          (s->configuration == FVV_CONFIGURATION_GOOD || s->configuration == FVV_CONFIGURATION_UNSEEN);
 }
 
-fvv_status fvv_sequence_index(const fvv_sequence *s, fvv_bytes *payload) {
+fvv_status fvv_chunk_order_index(const fvv_chunk_order *s, fvv_bytes *payload) {
   return fvv_index_encode(&s->groups, &s->blocks, payload);
 }
 

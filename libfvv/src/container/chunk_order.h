@@ -1,7 +1,7 @@
-/* container/sequence.h: which chunk may follow which (clauses 3.3, 4.4 to 7.2), as one state machine. The
+/* container/chunk_order.h: which chunk may follow which (clauses 3.3, 4.4 to 7.2), as one state machine. The
  * writer applies it before it writes a chunk, the reader before it reports one. */
-#ifndef FVV_CONTAINER_SEQUENCE_H
-#define FVV_CONTAINER_SEQUENCE_H
+#ifndef FVV_CONTAINER_CHUNK_ORDER_H
+#define FVV_CONTAINER_CHUNK_ORDER_H
 
 #include "container/records.h"
 
@@ -17,13 +17,13 @@ typedef enum fvv_configuration_state {
   FVV_CONFIGURATION_UNSEEN  /* the reader joined after it: nothing is known */
 } fvv_configuration_state;
 
-typedef struct fvv_sequence_track {
+typedef struct fvv_chunk_order_track {
   uint16_t id;
   uint8_t kind;
   uint8_t seen;     /* a chunk of its kind was in this group */
   uint8_t laid_out; /* a TILE was in this group */
   int64_t last_time;
-} fvv_sequence_track;
+} fvv_chunk_order_track;
 
 /* Intact configuration blocks that are remembered: a group may name any of them (clause 7.4). */
 enum { FVV_KNOWN_BLOCKS = 4 };
@@ -31,10 +31,10 @@ enum { FVV_KNOWN_BLOCKS = 4 };
 typedef struct fvv_known_block {
   int used;
   uint32_t digest;
-  fvv_bytes tracks; /* fvv_sequence_track */
+  fvv_bytes tracks; /* fvv_chunk_order_track */
 } fvv_known_block;
 
-typedef struct fvv_sequence {
+typedef struct fvv_chunk_order {
   fvv_limits limits;
   fvv_allocator allocator;
   fvv_configuration_state configuration;
@@ -55,45 +55,45 @@ typedef struct fvv_sequence {
   uint64_t configuration_offset, group_offset, index_offset;
   int64_t group_start, group_end, last_end;
   fvv_group_table table;
-  fvv_bytes tracks; /* fvv_sequence_track */
+  fvv_bytes tracks; /* fvv_chunk_order_track */
   fvv_known_block known[FVV_KNOWN_BLOCKS];
   size_t next_known; /* that is replaced next */
   fvv_bytes blocks;  /* fvv_index_block, that groups name */
   fvv_bytes groups;  /* fvv_index_entry, complete groups only */
   fvv_bytes scratch;
-} fvv_sequence;
+} fvv_chunk_order;
 
-void fvv_sequence_init(fvv_sequence *sequence, const fvv_limits *limits, const fvv_allocator *allocator);
-void fvv_sequence_free(fvv_sequence *sequence);
+void fvv_chunk_order_init(fvv_chunk_order *order, const fvv_limits *limits, const fvv_allocator *allocator);
+void fvv_chunk_order_free(fvv_chunk_order *order);
 
 /* The counter that the next chunk of this type has. */
-uint8_t fvv_sequence_counter(const fvv_sequence *sequence, uint32_t type);
+uint8_t fvv_chunk_order_counter(const fvv_chunk_order *order, uint32_t type);
 
 /* Whether an intact chunk at offset may come now. Changes nothing but scratch space. FVV_ERROR_INVALID: a
  * rule is broken, and the diagnostic names it; FVV_ERROR_DAMAGED: the chunk is good, but something before it
  * is missing; FVV_ERROR_UNSUPPORTED, FVV_ERROR_LIMIT, FVV_ERROR_MEMORY:
  * reading cannot go on. */
-FVV_MUST_USE fvv_status fvv_sequence_check(fvv_sequence *sequence, const fvv_chunk_header *header,
-                                           const uint8_t *payload, uint64_t offset,
-                                           fvv_diagnostic *diagnostic);
+FVV_MUST_USE fvv_status fvv_chunk_order_check(fvv_chunk_order *order, const fvv_chunk_header *header,
+                                              const uint8_t *payload, uint64_t offset,
+                                              fvv_diagnostic *diagnostic);
 /* Takes the chunk, broken rules or not. Only memory and limits can fail. */
-FVV_MUST_USE fvv_status fvv_sequence_apply(fvv_sequence *sequence, const fvv_chunk_header *header,
-                                           const uint8_t *payload, uint64_t offset);
+FVV_MUST_USE fvv_status fvv_chunk_order_apply(fvv_chunk_order *order, const fvv_chunk_header *header,
+                                              const uint8_t *payload, uint64_t offset);
 /* Bytes were lost: the open group and an unfinished block are no longer valid. */
-void fvv_sequence_lost(fvv_sequence *sequence);
+void fvv_chunk_order_lost(fvv_chunk_order *order);
 /* A chunk broke a rule: its group, or its configuration block, is no longer valid. */
-void fvv_sequence_broken(fvv_sequence *sequence, const fvv_chunk_header *header);
+void fvv_chunk_order_broken(fvv_chunk_order *order, const fvv_chunk_header *header);
 /* Something before the chunk that was applied last is missing; the chunk itself is good. */
-void fvv_sequence_missing(fvv_sequence *sequence);
-/* sequence remembers the configuration blocks that former knew, which forgets them. */
-void fvv_sequence_inherit(fvv_sequence *sequence, fvv_sequence *former);
+void fvv_chunk_order_missing(fvv_chunk_order *order);
+/* order remembers the configuration blocks that former knew, which forgets them. */
+void fvv_chunk_order_inherit(fvv_chunk_order *order, fvv_chunk_order *former);
 /* The open group ends without GEND: its end is lost. */
-void fvv_sequence_abandon_group(fvv_sequence *sequence);
+void fvv_chunk_order_abandon_group(fvv_chunk_order *order);
 /* No damage since the open group began, and its configuration is not damaged. */
-int fvv_sequence_group_intact(const fvv_sequence *sequence);
+int fvv_chunk_order_group_intact(const fvv_chunk_order *order);
 
 /* Index of everything so far, and the footer that fits it. */
-FVV_MUST_USE fvv_status fvv_sequence_index(const fvv_sequence *sequence, fvv_bytes *payload);
+FVV_MUST_USE fvv_status fvv_chunk_order_index(const fvv_chunk_order *order, fvv_bytes *payload);
 void fvv_footer_write(uint64_t index_offset, uint64_t file_size, uint32_t index_crc, uint8_t *payload);
 
 #ifdef __cplusplus

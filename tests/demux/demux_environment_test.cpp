@@ -1,4 +1,4 @@
-// Streams with several background tracks: fvvdemux and fvvrender take them all (fvv.md clause 18.1).
+// Streams with several environment tracks: fvvdemux and fvvrender take them all (fvv.md clause 18.1).
 #include "demux_fixture.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/environment.h"
@@ -21,12 +21,12 @@ Bytes square(double step, int32_t height, const std::vector<uint8_t> &picture, d
                          nullptr,   0,     {}};
   fvv_bytes coded = {}, payload = {};
   REQUIRE(fvv_mesh_encode(&mesh, FVV_MESH_RAW, 7, nullptr, &coded, nullptr) == FVV_OK);
-  fvv_background_part part = {
+  fvv_environment_part part = {
       coded.data, coded.size, textured ? 0u : uint32_t(FVV_NO_PICTURE), {65535, 0, 65535}, 0, {0, 0}, {1, 1}};
-  fvv_background_picture file = {FVV_PICTURE_PNG, 2, 2, picture.data(), picture.size()};
+  fvv_environment_picture file = {FVV_PICTURE_PNG, 2, 2, picture.data(), picture.size()};
   fvv_light light = {FVV_LIGHT_POINT, 0, {1, 2, 3}, {0, 0, 0}, {1, 1, 1}, intensity, 0, 0, 0};
-  const fvv_background background = {{0, 0, 0}, step, &part, 1, &file, textured, &light, 1, nullptr, {}};
-  REQUIRE(fvv_background_encode(&background, nullptr, &payload, nullptr) == FVV_OK);
+  const fvv_environment environment = {{0, 0, 0}, step, &part, 1, &file, textured, &light, 1, nullptr, {}};
+  REQUIRE(fvv_environment_encode(&environment, nullptr, &payload, nullptr) == FVV_OK);
   const Bytes out(payload.data, payload.data + payload.size);
   fvv_bytes_free(&coded);
   fvv_bytes_free(&payload);
@@ -40,8 +40,8 @@ std::vector<uint8_t> picture(uint8_t value) {
 StreamOptions stage() {
   StreamOptions options;
   options.cameras = {7, 0, 1};
-  options.backgrounds = {square(0.5, 1, picture(10), 5), square(0.07, 3, {}, 6),
-                         square(0.25, 7, picture(200), 7)};
+  options.environments = {square(0.5, 1, picture(10), 5), square(0.07, 3, {}, 6),
+                          square(0.25, 7, picture(200), 7)};
   return options;
 }
 
@@ -53,14 +53,14 @@ demux::Result unpack(const std::string &input, const std::string &folder) {
 
 } // namespace
 
-TEST_CASE("fvvdemux: several backgrounds become one environment") {
+TEST_CASE("fvvdemux: several environments become one environment") {
   const Scratch scratch;
   const demux::Result result = unpack(scratch.file("in.fvv", make_stream(stage())), scratch.path("out"));
-  CHECK(result.background);
+  CHECK(result.environment);
   CHECK((result.losses.empty() && result.warnings.empty()));
   const scene::Capture described = scene::load_capture(scratch.path("out/capture.json"));
-  REQUIRE(described.background);
-  CHECK(described.background->lattice->step == 0.07);
+  REQUIRE(described.environment);
+  CHECK(described.environment->lattice->step == 0.07);
   const scene::Environment environment = scene::load_environment(described);
   REQUIRE(environment.parts.size() == 3);
   REQUIRE(environment.pictures.size() == 2);
@@ -79,7 +79,7 @@ TEST_CASE("fvvdemux: several backgrounds become one environment") {
   }
 }
 
-TEST_CASE("fvvrender: several backgrounds are drawn") {
+TEST_CASE("fvvrender: several environments are drawn") {
   const Scratch scratch;
   const view::Frame frame = view::load_frame(InputFile(scratch.file("in.fvv", make_stream(stage()))), 4);
   CHECK(frame.losses.empty());
@@ -90,20 +90,20 @@ TEST_CASE("fvvrender: several backgrounds are drawn") {
   CHECK(frame.environment[2].picture->pixels[0] == 200);
 }
 
-TEST_CASE("of several backgrounds one is damaged: the others are taken") {
+TEST_CASE("of several environments one is damaged: the others are taken") {
   const Scratch scratch;
   const StreamOptions options = stage();
   Bytes bytes = make_stream(options);
-  const Bytes &broken = options.backgrounds[1];
+  const Bytes &broken = options.environments[1];
   const auto at = std::search(bytes.begin(), bytes.end(), broken.begin(), broken.end());
   REQUIRE(at != bytes.end());
   at[40] ^= 1;
   const std::string input = scratch.file("in.fvv", bytes);
   const demux::Result result = unpack(input, scratch.path("out"));
   REQUIRE(result.losses.size() == 1);
-  CHECK_THAT(result.losses[0], Contains("the background is lost: track 12: ") && Contains("FVV-1103"));
+  CHECK_THAT(result.losses[0], Contains("the environment is lost: track 12: ") && Contains("FVV-1103"));
   const scene::Capture described = scene::load_capture(scratch.path("out/capture.json"));
-  CHECK(described.background->lattice->step == 0.25);
+  CHECK(described.environment->lattice->step == 0.25);
   CHECK(scene::load_environment(described).parts.size() == 2);
   const view::Frame frame = view::load_frame(InputFile(input), 1);
   CHECK(frame.environment.size() == 2);

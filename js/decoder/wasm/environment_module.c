@@ -7,16 +7,16 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/memory.h"
-#include "fvv/background.h"
+#include "fvv/environment.h"
 #include "module.h"
 #include "wasm_structs.h"
 
 static fvv_limits limits;
 static fvv_diagnostic diagnostic;
-static fvv_background background;
+static fvv_environment environment;
 static fvv_mesh mesh;
 static fvv_bytes positions, texture;
-static wasm_background published;
+static wasm_environment published;
 static wasm_part part_now;
 
 FVVJS_EXPORT void *fvvback_alloc(size_t size) {
@@ -25,14 +25,14 @@ FVVJS_EXPORT void *fvvback_alloc(size_t size) {
 FVVJS_EXPORT const fvv_diagnostic *fvvback_diagnostic(void) {
   return &diagnostic;
 }
-FVVJS_EXPORT const wasm_background *fvvback_data(void) {
+FVVJS_EXPORT const wasm_environment *fvvback_data(void) {
   return &published;
 }
 
 static uint32_t codecs(void) {
   uint32_t all = 0;
-  for (size_t i = 0; i < background.part_count; i++)
-    all |= fvvjs_mesh_codec(background.parts[i].mesh[FVV_MESH_PROFILE]);
+  for (size_t i = 0; i < environment.part_count; i++)
+    all |= fvvjs_mesh_codec(environment.parts[i].mesh[FVV_MESH_PROFILE]);
   return all;
 }
 
@@ -47,15 +47,15 @@ FVVJS_EXPORT int32_t fvvback_load(const uint8_t *payload, size_t size, uint32_t 
   if (max_faces) limits.max_faces = max_faces;
   if (max_dimension) limits.max_dimension = max_dimension;
   const fvv_status status =
-      fvv_background_decode(payload, size, &limits, &allocator, &background, &diagnostic);
+      fvv_environment_decode(payload, size, &limits, &allocator, &environment, &diagnostic);
   if (status != FVV_OK) return status;
-  const wasm_background made = {
+  const wasm_environment made = {
       codecs(),
-      (uint32_t)background.part_count,
-      {background.pictures, (uint32_t)background.picture_count},
-      {background.lights, (uint32_t)background.light_count},
-      {background.lattice_origin[0], background.lattice_origin[1], background.lattice_origin[2]},
-      background.lattice_step};
+      (uint32_t)environment.part_count,
+      {environment.pictures, (uint32_t)environment.picture_count},
+      {environment.lights, (uint32_t)environment.light_count},
+      {environment.lattice_origin[0], environment.lattice_origin[1], environment.lattice_origin[2]},
+      environment.lattice_step};
   published = made;
   return FVV_OK;
 }
@@ -70,15 +70,15 @@ static float *room(fvv_bytes *bytes, uint32_t count, uint32_t components) {
 FVVJS_EXPORT const wasm_part *fvvback_part(uint32_t i) {
   fvv_mesh_free(&mesh);
   memset(&diagnostic, 0, sizeof diagnostic);
-  if (fvv_background_mesh(&background, i, &limits, NULL, &mesh, &diagnostic) != FVV_OK) return NULL;
-  const fvv_background_part *part = &background.parts[i];
+  if (fvv_environment_mesh(&environment, i, &limits, NULL, &mesh, &diagnostic) != FVV_OK) return NULL;
+  const fvv_environment_part *part = &environment.parts[i];
   float *points = room(&positions, mesh.vertex_count, 3);
   float *places = mesh.texture ? room(&texture, mesh.vertex_count, 2) : NULL;
   if (!points || (mesh.texture && !places)) {
-    fvv_fail(&diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_BACKGROUND, 0, "no memory for a part");
+    fvv_fail(&diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_ENVIRONMENT, 0, "no memory for a part");
     return NULL;
   }
-  fvv_lattice_to_floats(background.lattice_origin, background.lattice_step, mesh.positions, mesh.vertex_count,
+  fvv_lattice_to_floats(environment.lattice_origin, environment.lattice_step, mesh.lattice, mesh.vertex_count,
                         points);
   if (places) {
     fvv_texture_to_floats(mesh.texture_bits, mesh.texture, mesh.vertex_count, places);
