@@ -224,5 +224,5 @@ TEST_CASE("capture.json: background is the former name of environment, read with
   CHECK_THROWS_WITH(
       parse_capture(before + R"( "background": {"file": "a.glb"}, "environment": {"file": "b.glb"}})",
                     "c.json"),
-      "c.json: /: expected \"environment\" alone, found also \"background\", its former name");
+      "c.json: expected \"environment\" alone, found also \"background\", its former name");
 }

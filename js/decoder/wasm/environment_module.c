@@ -86,7 +86,7 @@ FVVJS_EXPORT const wasm_part *fvvback_part(uint32_t i) {
       places[k] = (float)(part->texture_origin[k % 2] + part->texture_size[k % 2] * (double)places[k]);
   }
   const wasm_part made = {
-      mesh.vertex_count, mesh.face_count, mesh.positions,
+      mesh.vertex_count, mesh.face_count, mesh.lattice,
       mesh.faces,        points,          places,
       part->picture,     part->flags,     {part->colour[0], part->colour[1], part->colour[2]}};
   part_now = made;
