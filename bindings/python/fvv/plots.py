@@ -56,6 +56,8 @@ STYLE = {
     "font.size": 9,
     "svg.hashsalt": "fvv",
 }
+#: Of lines of rungs, in order.
+DASHES = ("-", "--", ":", "-.")
 #: More tracks than these are shown as one series for each kind.
 MOST_SERIES = 12
 #: Of each surface and frame; the rms distance needs no more.
@@ -68,6 +70,7 @@ class Series:
 
     name: str
     colour: Any
+    rungs: frozenset[int]  # who reads one of these receives it
     bytes: NDArray[numpy.int64]  # (frames,) payload from this frame on until the next
     state: NDArray[numpy.uint8]  # (frames,) 0: nothing, 1: needs earlier frames, 2: decodes alone
 
@@ -91,7 +94,7 @@ def times_of(clip: Clip) -> Floats:
 
 
 def series_of(clip: Clip, times: Floats) -> list[Series]:
-    """One for each track with chunks, or for each kind of track where there are many, in order of tracks."""
+    """One for each track with chunks, or for each kind of track of the same rungs where there are many, in order of tracks."""
     chunks = clip.chunks()
     at = numpy.searchsorted(times, chunks["time"] * float(clip.time_base) + 1e-9, side="right") - 1
     at = at.clip(0, len(times) - 1)
@@ -100,7 +103,9 @@ def series_of(clip: Clip, times: Floats) -> list[Series]:
     names: dict[str, list[Track]] = {}
     for track in sent:
         name = f"{track.kind} {track.id}" + (f": {track.name}" if track.name not in ("", track.kind) else "")
-        names.setdefault(f"all {track.kind} tracks" if grouped else name, []).append(track)
+        own = rungs_of(clip, track)
+        some = f", rung {', '.join(map(str, sorted(own)))}" if len(own) < len(clip.rungs) else ""
+        names.setdefault((f"all {track.kind} tracks" if grouped else name) + some, []).append(track)
     out: list[Series] = []
     for name, tracks in names.items():
         kind = tracks[0].kind
@@ -111,8 +116,16 @@ def series_of(clip: Clip, times: Floats) -> list[Series]:
         state = numpy.zeros(len(times), numpy.uint8)
         chosen &= chunks["type"] != b"TILE"  # layouts of groups, which need nothing
         numpy.maximum.at(state, at[chosen], 1 + chunks["key"][chosen].astype(numpy.uint8))
-        out.append(Series(name, shade(COLOURS.get(kind, FAINT), part), sizes, state))
+        rungs = rungs_of(clip, tracks[0])
+        out.append(Series(name, shade(COLOURS.get(kind, FAINT), part), rungs, sizes, state))
     return out
+
+
+def rungs_of(clip: Clip, track: Track) -> frozenset[int]:
+    """The rungs with which a viewer receives a track: those that list it, or all where none does or the track has no alternatives."""
+    every = frozenset(rung.number for rung in clip.rungs) or frozenset([clip.rung])
+    listed = frozenset(rung.number for rung in clip.rungs if track.id in rung.tracks)
+    return listed if track.alternate_group and listed else every
 
 
 def borders_of(clip: Clip) -> Floats:
@@ -130,17 +143,38 @@ def edges_of(times: Floats, clip: Clip) -> Floats:
 
 
 def draw_bytes(axes: Axes, clip: Clip, edges: Floats, series: list[Series]) -> None:
-    """Kilobytes of each frame, stacked by track."""
+    """Kilobytes of each frame, stacked by track of the rung that is read; a line for each rung, as a viewer receives one of them."""
     below = numpy.zeros(len(edges) - 1)
+    most = 0.0
     for one in series:
-        above = below + one.bytes / 1000
-        axes.stairs(above, edges, baseline=below, fill=True, color=one.colour, label=one.name, linewidth=0)
-        below = above
-    rate = 8 * sum(one.bytes.sum() for one in series) / (edges[-1] - edges[0]) / 1e6
-    axes.set_title(f"Bytes of tracks: {rate:.2f} Mbit/s on average")
+        if clip.rung in one.rungs:
+            above = below + one.bytes / 1000
+            axes.stairs(
+                above, edges, baseline=below, fill=True, color=one.colour, label=one.name, linewidth=0
+            )
+            below = above
+    most = float(below.max())
+    if len(clip.rungs) < 2:
+        axes.set_title(f"Bytes of tracks: {rate_of(below, edges)} on average")
+    else:
+        for place, rung in enumerate(clip.rungs):
+            total = sum(
+                (one.bytes / 1000 for one in series if rung.number in one.rungs), numpy.zeros_like(below)
+            )
+            most = max(most, float(total.max()))
+            axes.stairs(
+                total, edges, baseline=None, color=INK, linewidth=1.3, linestyle=DASHES[place % len(DASHES)],
+                label=f"rung {rung.number}: {rate_of(total, edges)}",
+            )  # fmt: skip
+        axes.set_title(f"Bytes of each rung (lines), and of the tracks of rung {clip.rung} (areas)")
     axes.set_ylabel("kB per frame")
-    axes.set_ylim(0, max(float(below.max()) * 1.05, 1e-3))
+    axes.set_ylim(0, max(most * 1.05, 1e-3))
     axes.legend(*reversed_legend(axes), loc="upper left", bbox_to_anchor=(1.005, 1), borderaxespad=0)
+
+
+def rate_of(kilobytes: Floats, edges: Floats) -> str:
+    """On average."""
+    return f"{8e-3 * float(kilobytes.sum()) / (edges[-1] - edges[0]):.2f} Mbit/s"
 
 
 def reversed_legend(axes: Axes) -> tuple[list[Any], list[str]]:
@@ -276,16 +310,32 @@ def draw_layout(axes: Axes, cameras: list[Camera], mesh: Mesh | None, flat: Floa
 
 
 def draw_names(axes: Axes, cameras: list[Camera], places: Floats, middle: Floats, away: float) -> None:
-    """The names of cameras, off their places by `away` metres, outward from the middle; none on top of another."""
+    """The names of all cameras, off their places by `away` metres, outward from the middle; with a line to the place where
+    another name is there already and it is off by more."""
     taken: list[Floats] = []
     for camera, place in zip(cameras, places):
         outward = place - middle
-        at = place + away * outward / (numpy.linalg.norm(outward) or 1)
-        if all((numpy.abs(at - other) > [2.2 * away, 0.9 * away]).any() for other in taken):
-            axes.text(
-                at[0], at[1], camera.name or str(camera.id), ha="center", va="center", fontsize=7, color=INK
-            )
-            taken.append(at)
+        outward = outward / (numpy.linalg.norm(outward) or 1) if outward.any() else numpy.array([0.0, 1.0])
+        free = (
+            place + away * far * _turned(outward, turn)
+            for far in (1.0, 1.7, 2.4, 3.1)
+            for turn in (0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180)
+        )
+        at = next((at for at in free if _is_free(at, taken, away)), place + away * outward)
+        if numpy.linalg.norm(at - place) > 1.01 * away or (at - place) @ outward < 0.99 * away:
+            axes.plot(*numpy.stack([place, at]).T, "-", color=GREY, linewidth=0.5, zorder=1)
+        name = camera.name or str(camera.id)
+        axes.text(at[0], at[1], name, ha="center", va="center", fontsize=7, color=INK)
+        taken.append(at)
+
+
+def _is_free(at: Floats, taken: list[Floats], away: float) -> bool:
+    return all(bool((numpy.abs(at - other) > [2.2 * away, 0.9 * away]).any()) for other in taken)
+
+
+def _turned(direction: Floats, degrees: float) -> Floats:
+    c, s = numpy.cos(numpy.radians(degrees)), numpy.sin(numpy.radians(degrees))
+    return numpy.array([[c, -s], [s, c]]) @ direction
 
 
 def draw_layouts(top: Axes, side: Axes, clip: Clip) -> None:

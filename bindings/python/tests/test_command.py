@@ -234,7 +234,32 @@ def test_what_the_charts_show(players):
             x, y, z = camera.centre
             assert side.get_xlim()[0] < x < side.get_xlim()[1] and side.get_ylim()[0] < y < side.get_ylim()[1]
             assert min(above.get_ylim()) < z < max(above.get_ylim())
-        assert len(sizes.get_legend().get_texts()) == len(series) == len(keys.get_yticks())
+        assert len(keys.get_yticks()) == len(series)
+        for axes in (above, side):
+            assert {"cam0", "cam1", "cam2"} <= {text.get_text() for text in axes.texts}
+
+
+def test_a_chart_has_a_line_for_each_rung(players):
+    """A viewer receives one of them: all rungs summed is a rate of no viewer."""
+    for rung in (0, 1):
+        with fvv.open(players, rung=rung) as clip:
+            sizes = plots.plot(clip).axes[0]
+            series = plots.series_of(clip, plots.times_of(clip))
+            names = [text.get_text() for text in sizes.get_legend().get_texts()]
+            lines = {patch.get_label(): patch.get_data().values for patch in sizes.patches if not patch.fill}
+            assert len(clip.rungs) == len(lines) == 2 and set(lines) <= set(names)
+            for number, (label, values) in enumerate(lines.items()):
+                tracks = [
+                    t.id for t in clip.tracks if not t.alternate_group or t.id in clip.rungs[number].tracks
+                ]
+                chunks = clip.chunks()
+                sent = chunks["size"][numpy.isin(chunks["track"], tracks)].sum()
+                assert values.sum() * 1000 == pytest.approx(sent)
+                assert label == f"rung {number}: {8e-6 * sent / clip.duration:.2f} Mbit/s"
+            read = [one.name for one in series if rung in one.rungs]
+            assert sorted(names) == sorted([*lines, *read]) and len(read) < len(series)
+            top = max(patch.get_data().values.max() for patch in sizes.patches if patch.fill)
+            assert top == pytest.approx(list(lines.values())[rung].max())
 
 
 @pytest.mark.parametrize("up", ["+x", "-x", "+y", "-y", "+z", "-z"])
