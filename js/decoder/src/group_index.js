@@ -2,6 +2,7 @@
 
 import { unlessAborted } from "./abort.js";
 import { FvvError } from "./errors.js";
+import { lastAtMost } from "./search.js";
 import { RangeSource, SequentialSource } from "./sources/types.js";
 
 /** Limits for finding the index; a file that needs more reads or bytes is read from front to back. */
@@ -15,6 +16,7 @@ export class GroupIndex {
   #available;
   #reads = []; // {at, bytes} fetched for the index
   #missing = null;
+  #bySequence = null; // sequence number -> group, the first of those that have it
   /** Of a single response: the bytes that the index was made from. */
   front = null;
   /** null: not known. Of a single response: the groups that have arrived. */
@@ -58,13 +60,8 @@ export class GroupIndex {
   /** From offset to the end of the configuration block that it lies in; undefined: in none. */
   #restOfBlock(offset) {
     const { groups } = this;
-    let [low, high] = [0, groups?.length ?? 0];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (groups[middle].configurationOffset <= offset) low = middle + 1;
-      else high = middle;
-    }
-    const { configurationOffset, configurationSize } = groups?.[low - 1] ?? {};
+    const last = lastAtMost(groups ?? [], offset, (group) => group.configurationOffset);
+    const { configurationOffset, configurationSize } = groups?.[last] ?? {};
     const rest = configurationOffset + configurationSize - offset;
     return rest > 0 ? rest : undefined;
   }
@@ -122,6 +119,7 @@ export class GroupIndex {
 
   #number(groups) {
     this.groups = groups;
+    this.#bySequence = null;
     let first = 0;
     for (const group of groups) {
       group.firstFrame = first;
@@ -129,6 +127,18 @@ export class GroupIndex {
     }
     this.frameCount = first;
     this.#source.divide(groups.map(({ offset }) => offset));
+  }
+
+  /** The group that begins at an offset; -1: none. */
+  at(offset) {
+    const i = lastAtMost(this.groups ?? [], offset, (group) => group.offset);
+    return this.groups?.[i]?.offset === offset ? i : -1;
+  }
+  /** The group with a sequence number; -1: none. */
+  numbered(sequence) {
+    const groups = this.groups ?? [];
+    this.#bySequence ??= new Map(groups.map((group, i) => [group.sequence, i]).reverse());
+    return this.#bySequence.get(sequence) ?? -1;
   }
 
   /** For {frame}: its group, and skip, the number of frames before it in the group. For {time} in ticks: the group, and

@@ -474,7 +474,7 @@ export class Playback {
   async #recalls(state) {
     const { offset, whole, configuration } = this.#session.about();
     if (whole || this.#source instanceof SectionSource || this.#session.indexState !== 1) return false;
-    const group = this.#index.groups.findIndex((entry) => entry.offset === offset);
+    const group = this.#index.at(offset);
     if (group < 0 || state.recalled.has(group)) return false;
     state.recalled.add(group);
     if (!(await this.#index.find(() => this.#session.hasConfiguration(group, configuration), state.signal)))
@@ -487,9 +487,7 @@ export class Playback {
   #beginGroup(state, about) {
     const inSections = this.#source instanceof SectionSource;
     const { groups } = this.#index;
-    const index =
-      groups?.findIndex((group) => (inSections ? group.sequence === about.sequence : group.offset === about.offset)) ??
-      -1;
+    const index = inSections ? this.#index.numbered(about.sequence) : this.#index.at(about.offset);
     const leavesOut = () => this.#prefetcher !== null || this.#videosLeftOut().length > 0;
     if (index >= 0 && !state.picking && this.#picks(state, index) && leavesOut()) {
       state.next = index;

@@ -79,6 +79,34 @@ function chunk(type, flags, counter, payload) {
   return bytes;
 }
 
+/** The configuration of a stream, followed by count groups without frames, as its first group is one; without index and footer. */
+export function withEmptyGroups(stream, count) {
+  const bytes = Buffer.from(stream);
+  const first = bytes.indexOf("GRUP", 0, "latin1");
+  const group = bytes.subarray(first, first + 2 * (HEADER + 24));
+  const out = Buffer.alloc(first + count * group.length);
+  bytes.copy(out, 0, 0, first);
+  for (let i = 0, at = first; i < count; i++, at += group.length) {
+    group.copy(out, at);
+    const [begin, end] = [
+      out.subarray(at, at + group.length / 2),
+      out.subarray(at + group.length / 2, at + group.length),
+    ];
+    for (const one of [begin, end]) one.writeUInt32LE(i, HEADER);
+    // Each lasts a tick: the time of a header, and start and end of GRUP.
+    begin.writeBigUInt64LE(BigInt(i), 8);
+    begin.writeBigUInt64LE(BigInt(i), HEADER + 8);
+    begin.writeBigUInt64LE(BigInt(i + 1), HEADER + 16);
+    end.writeBigUInt64LE(BigInt(i + 1), 8);
+    for (const one of [begin, end]) {
+      if (one === end) one.writeUInt32LE(crc32c(begin.subarray(0, 28)), HEADER + 8);
+      one.writeUInt32LE(crc32c(one.subarray(HEADER, HEADER + 24)), 24);
+      one.writeUInt32LE(crc32c(one.subarray(0, 28)), 28);
+    }
+  }
+  return out;
+}
+
 /** Configuration block, its digest, and groups of a stream, each group with its entry in the index. */
 function partsOf(stream) {
   const indexOffset = Number(stream.readBigUInt64LE(stream.length - 24));

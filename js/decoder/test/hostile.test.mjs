@@ -12,8 +12,9 @@ import { root } from "../../testing/served.mjs";
 import { createDecoder, FvvError } from "../dist/index.js";
 import { compileCodec, compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
+import { Cache } from "../dist/sources/cache.js";
 import { createCodec, sample } from "../dist/wasm.js";
-import { damaged, joinStreams, replaceFirst, replaceMesh, withUnknown } from "./edit_streams.mjs";
+import { damaged, joinStreams, replaceFirst, replaceMesh, withEmptyGroups, withUnknown } from "./edit_streams.mjs";
 import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
 
 const { clips, done } = makeClips("delta", "moving", "draco", "fast", "hull");
@@ -327,4 +328,44 @@ test("other files are rejected", async () => {
       },
       (error) => error instanceof FvvError && error.fatal && error.issue > 0,
     );
+});
+
+test("a hundred thousand groups without frames take about ten times as long as ten thousand", async () => {
+  const path = join(root, "conformance/cases/valid/groups_empty_many/input.fvv");
+  const base = readFileSync(path);
+  const secondsOf = async (count) => {
+    const source = withEmptyGroups(base, count);
+    const began = performance.now();
+    const decoder = await createDecoder({ source });
+    assert.equal(decoder.groups.length, count);
+    const damage = [];
+    onReports(decoder, ["damage"], (_, detail) => damage.push(detail.message));
+    assert.equal(await decoder.next(), null);
+    await decoder.buffered();
+    decoder.close();
+    assert.equal(damage[0], undefined);
+    return (performance.now() - began) / 1000;
+  };
+  await secondsOf(1000); // compiles
+  const few = Math.min(await secondsOf(10000), await secondsOf(10000));
+  const many = await secondsOf(100000);
+  // With scans it would be a hundred times.
+  assert.ok(many < 25 * few + 0.5, `${few} s, then ${many} s`);
+});
+
+test("the cache finds a byte among a hundred thousand units at once", () => {
+  const secondsOf = (count) => {
+    const cache = new Cache(() => 2 ** 30);
+    cache.divide(Array.from({ length: count }, (_, i) => 100 * i));
+    const began = performance.now();
+    for (let i = 0; i < count; i++) cache.put(100 * i, new Uint8Array(50));
+    let found = 0;
+    for (let i = 0; i < count; i++) found += cache.coveredUntil(100 * i, 100 * i + 50) - 100 * i;
+    assert.equal(found, 50 * count);
+    return (performance.now() - began) / 1000;
+  };
+  secondsOf(1000);
+  const few = Math.min(secondsOf(10000), secondsOf(10000));
+  const many = secondsOf(100000);
+  assert.ok(many < 30 * few + 0.5, `${few} s, then ${many} s`);
 });

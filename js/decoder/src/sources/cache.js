@@ -1,9 +1,12 @@
 // Bytes of a source, kept for repeated reads. They are evicted in units, which are the groups of a stream: the least
 // recently read unit first.
 
+import { lastAtMost } from "../search.js";
+
 /** Small pieces are joined in blocks of up to this size, so that many small pieces cost no more memory. */
 const BLOCK = 1 << 16;
 
+const startOf = ({ at }) => at;
 const endOf = ({ at, size }) => at + size;
 
 /** room: memory for bytes from `at` on, of which size are filled. */
@@ -42,7 +45,7 @@ export class Cache {
     return this.#limit();
   }
   #unitOf(at) {
-    return this.#borders.findLastIndex((border) => border <= at);
+    return lastAtMost(this.#borders, at);
   }
 
   /** Takes ownership of the bytes. Bytes that are in the cache already are not stored twice. */
@@ -65,7 +68,7 @@ export class Cache {
   #fill(unit, at, bytes) {
     const end = at + bytes.length;
     for (let from = at; from < end;) {
-      const i = unit.extents.findLastIndex((extent) => extent.at <= from);
+      const i = lastAtMost(unit.extents, from, startOf);
       const stored = i < 0 ? from : endOf(unit.extents[i]);
       if (stored > from) {
         from = stored;
@@ -115,7 +118,9 @@ export class Cache {
   }
 
   #find(at) {
-    return this.#units.get(this.#unitOf(at))?.extents.findLast((one) => one.at <= at && endOf(one) > at);
+    const { extents } = this.#units.get(this.#unitOf(at)) ?? { extents: [] };
+    const extent = extents[lastAtMost(extents, at, startOf)];
+    return extent && endOf(extent) > at ? extent : undefined;
   }
   /** The contiguous bytes from an offset on, up to end at most; null: that byte is not here. Read-only. */
   take(at, end) {
