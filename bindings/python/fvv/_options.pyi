@@ -115,8 +115,9 @@ class EncodeOptions(TypedDict, total=False):
 
     colours: bool | int | Literal["auto", "on", "off"] | None
     #: Send a colour of low resolution for all of the surface, which is shown where no camera sees it, and by players
-    #: that cannot decode the pictures: auto (where there are meshes and pictures of cameras, and no atlas), on, off,
-    #: or about how many cells of one colour the first mesh has (docs/encoding/colours.md). Default: auto.
+    #: that cannot decode the pictures: auto (where there are meshes and pictures of cameras, or colours of the
+    #: meshes' vertices, and no atlas), on, off, or about how many cells of one colour the first mesh has
+    #: (docs/encoding/colours.md). Default: auto.
 
     match_colours: bool | Literal["auto", "on", "off"] | None
     #: Correct the pictures of cameras whose exposure or white balance differs, by the surface that they see in

@@ -84,6 +84,7 @@ struct VisibilityChoice {
 
 struct ColourChoice {
   bool on = false;
+  bool of_vertices = false;    // the meshes bring them; else from the pictures of the cameras
   uint32_t cell_size = 0;      // lattice steps; more for a mesh that has too many cells of that size
   uint8_t step = 0;            // of luma and chroma
   std::vector<size_t> cameras; // indices in Capture::cameras, of those with pictures

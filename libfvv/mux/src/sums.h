@@ -10,6 +10,7 @@
 #include "mux/src/choose/decisions.h"
 #include "mux/src/plan.h"
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct ColourFrame {
   double squares = 0;    // of differences of display values, 0 to 255, from what cameras show
   uint32_t shown = 0;    // vertices that cameras show
   uint32_t vertices = 0; // all
+
+  double psnr() const { return squares > 0 ? 10 * std::log10(255 * 255 * 3.0 * shown / squares) : INFINITY; }
 };
 
 void add(VisibilitySums &sums, const VisibilityFrame &frame);

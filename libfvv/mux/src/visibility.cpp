@@ -136,6 +136,62 @@ uint8_t state_of_weight(uint8_t weight) {
   return weight >= 99 ? FVV_VERTEX_HIDDEN_NEARER : weight >= 43 ? FVV_VERTEX_HIDDEN_NEAR : FVV_VERTEX_HIDDEN;
 }
 
+// Colours of the vertices of a decoded mesh as a payload. grow: cells of twice the size, until the mesh does
+// not have too many; else none then.
+std::optional<ColourFrame> encode_colours(const Plan &plan, const MeshTrack &track, const fvv_mesh &mesh,
+                                          const render::VertexColours &found, uint32_t cell_size, bool grow) {
+  fvv_colours_header header = {track.id,          plan.colours.step, plan.colours.step,
+                               mesh.vertex_count, cell_size,         0};
+  OwnedBytes payload;
+  fvv_diagnostic diagnostic = {};
+  fvv_status status;
+  while ((status = fvv_colours_encode(&mesh, &header, found.rgb.data(), found.weight.data(), nullptr,
+                                      &payload, &diagnostic)) == FVV_ERROR_INPUT &&
+         grow && header.cell_size <= FVV_COLOURS_MAX_CELL / 2)
+    header.cell_size *= 2;
+  if (status == FVV_ERROR_INPUT && !grow) return std::nullopt;
+  fvv::check(status, plan.capture.path, diagnostic);
+  fvv::check(fvv_colours_peek(payload.data, payload.size, nullptr, &header, &diagnostic), plan.capture.path,
+             diagnostic);
+  std::vector<uint8_t> decoded(found.rgb.size());
+  fvv::check(
+      fvv_colours_decode(payload.data, payload.size, &mesh, nullptr, nullptr, decoded.data(), &diagnostic),
+      plan.capture.path, diagnostic);
+  ColourFrame out = {{payload.data, payload.data + payload.size}, header.cell_count, 0, 0, mesh.vertex_count};
+  for (size_t v = 0; v < mesh.vertex_count; v++) {
+    if (!found.weight[v]) continue;
+    out.shown++;
+    for (size_t i = 3 * v; i < 3 * v + 3; i++) out.squares += std::pow(decoded[i] - found.rgb[i], 2);
+  }
+  return out;
+}
+
+// What a picture has of 42 dB does not show.
+constexpr double enough_for_vertices = 42;
+
+// Colours of the places nearest on the source's surface. metres: places, which count from origin_of(lattice).
+std::vector<uint8_t> transferred(const geometry::Mesh &source, const std::vector<uint8_t> &colours,
+                                 const std::vector<float> &metres, const geometry::Lattice &lattice) {
+  geometry::Mesh local = source;
+  const render::Vec3 from = origin_of(lattice);
+  const double origin[3] = {from.x, from.y, from.z};
+  for (size_t i = 0; i < local.positions.size(); i++) local.positions[i] -= origin[i % 3];
+  const compare::Faces faces(local);
+  std::vector<uint8_t> out;
+  uint32_t guess = UINT32_MAX;
+  for (size_t i = 0; i < metres.size(); i += 3) {
+    const render::ClosestPoint near = faces.nearest({metres[i], metres[i + 1], metres[i + 2]}, guess);
+    guess = near.face;
+    for (size_t k = 0; k < 3; k++) {
+      double value = 0.5;
+      for (size_t c = 0; c < 3; c++)
+        value += near.barycentric[c] * colours[3 * size_t(local.faces[3 * size_t(near.face) + c]) + k];
+      out.push_back(uint8_t(std::clamp(value, 0.0, 255.0)));
+    }
+  }
+  return out;
+}
+
 } // namespace
 
 std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &lattice,
@@ -237,33 +293,40 @@ ColourFrame SurfaceCoder::colours(const MeshTrack &track, size_t frame, const fv
     gatherer.add({render::camera_from(origin_of(plan.lattice.lattice), *camera), picture.pixels.data(),
                   mask.pixels.empty() ? nullptr : mask.pixels.data(), seen.empty() ? nullptr : seen.data()});
   }
-  const render::VertexColours found = gatherer.colours();
   // Cells grow as the pixels of the rung do.
   const double cell_size =
       std::min(std::round(track.times * plan.colours.cell_size), double(FVV_COLOURS_MAX_CELL));
-  fvv_colours_header header = {track.id,          plan.colours.step,   plan.colours.step,
-                               mesh.vertex_count, uint32_t(cell_size), 0};
-  OwnedBytes payload;
-  fvv_diagnostic diagnostic = {};
-  fvv_status status;
-  while ((status = fvv_colours_encode(&mesh, &header, found.rgb.data(), found.weight.data(), nullptr,
-                                      &payload, &diagnostic)) == FVV_ERROR_INPUT &&
-         header.cell_size <= FVV_COLOURS_MAX_CELL / 2)
-    header.cell_size *= 2;
-  fvv::check(status, plan.capture.path, diagnostic);
-  fvv::check(fvv_colours_peek(payload.data, payload.size, nullptr, &header, &diagnostic), plan.capture.path,
-             diagnostic);
-  std::vector<uint8_t> decoded(found.rgb.size());
-  fvv::check(
-      fvv_colours_decode(payload.data, payload.size, &mesh, nullptr, nullptr, decoded.data(), &diagnostic),
-      plan.capture.path, diagnostic);
-  ColourFrame out = {{payload.data, payload.data + payload.size}, header.cell_count, 0, 0, mesh.vertex_count};
-  for (size_t v = 0; v < mesh.vertex_count; v++) {
-    if (!found.weight[v]) continue;
-    out.shown++;
-    for (size_t i = 3 * v; i < 3 * v + 3; i++) out.squares += std::pow(decoded[i] - found.rgb[i], 2);
+  return *encode_colours(plan, track, mesh, gatherer.colours(), uint32_t(cell_size), true);
+}
+
+ColourFrame SurfaceCoder::vertex_colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh) const {
+  render::VertexColours given;
+  const geometry::Mesh source =
+      scene::load_coloured_mesh(plan.capture, plan.capture.frames.number(int64_t(frame)), given.rgb);
+  ColourFrame best;
+  best.vertices = mesh.vertex_count;
+  if (given.rgb.empty()) return best;
+  given.rgb = transferred(source, given.rgb, metres_of(mesh, plan.lattice.lattice), plan.lattice.lattice);
+  given.weight.assign(mesh.vertex_count, 255);
+  // As coarse as does not show: smaller cells take more bytes.
+  const auto size = [&](double cells) {
+    return uint32_t(std::clamp(cells, 1.0, double(FVV_COLOURS_MAX_CELL)));
+  };
+  uint32_t cell = size(std::round(track.times * plan.colours.cell_size));
+  best = *encode_colours(plan, track, mesh, given, cell, true);
+  bool is_least = plan.options.colour_cells != 0;
+  for (double times = 0.5; !is_least && cell > 1 && best.psnr() < enough_for_vertices;) {
+    const uint32_t smaller = std::min(size(times * cell), cell - 1);
+    std::optional<ColourFrame> coded = encode_colours(plan, track, mesh, given, smaller, false);
+    if (coded) {
+      cell = smaller;
+      if (coded->squares < best.squares) best = std::move(*coded);
+    } else {
+      is_least = times > 0.8;
+      times = std::sqrt(times);
+    }
   }
-  return out;
+  return best;
 }
 
 SurfaceFrames SurfaceCoder::encode(const MeshTrack &track, size_t first,
@@ -284,7 +347,9 @@ SurfaceFrames SurfaceCoder::encode(const MeshTrack &track, size_t first,
           coder.code(mesh, !meshes[i].key, cameras_of(first + i, choice.cameras), given(first + i, mesh));
       if (visible) frames.visibility[i] = std::move(frame);
     }
-    if (plan.colours.on && meshes[i].key)
+    if (plan.colours.of_vertices && meshes[i].key)
+      frames.colours[i] = vertex_colours(track, first + i, mesh);
+    else if (plan.colours.on && meshes[i].key)
       frames.colours[i] =
           colours(track, first + i, mesh, cameras_of(first + i, plan.colours.cameras), coder.states());
   }

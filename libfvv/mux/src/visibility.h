@@ -75,6 +75,8 @@ private:
   // Of a key mesh. cameras: of the frame; states: what they see of it, of those that have it.
   ColourFrame colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh,
                       const std::vector<fvv_camera> &cameras, const States &states) const;
+  // Likewise, of those that the frame's mesh brings.
+  ColourFrame vertex_colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh) const;
   // As decoders have them; those that are not calibrated in that frame are left out. indices: in
   // Capture::cameras.
   std::vector<fvv_camera> cameras_of(size_t frame, const std::vector<size_t> &indices) const;

@@ -212,6 +212,18 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
   return mesh;
 }
 
+Mesh load_coloured_mesh(const Capture &capture, int64_t frame, std::vector<uint8_t> &colours) {
+  const std::string path = capture.mesh_path(frame);
+  MeshExtras extras;
+  Mesh mesh = capture.memory      ? capture.memory->mesh(frame, false)
+              : capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), nullptr,
+                                                            nullptr, false, false, &extras)
+                                  : read_mesh(path, nullptr, nullptr, false, false, &extras);
+  for (double &coordinate : mesh.positions) coordinate *= capture.metres_per_unit;
+  colours = std::move(extras.colours);
+  return mesh;
+}
+
 void find_empty_meshes(Capture &capture) {
   if (!capture.meshes || capture.animation || capture.memory) return;
   for (const int64_t number : capture.frames.numbers())
@@ -231,24 +243,23 @@ MeshAnimation::MeshAnimation(std::optional<Name> animation, fvv_rational from, i
     : name(std::move(animation)), start(from), first(first_frame) {}
 MeshAnimation::~MeshAnimation() = default;
 
-const gltf::Scene &MeshAnimation::read(const std::string &path, bool texture, bool normals) const {
+const gltf::Scene &MeshAnimation::read(const std::string &path, gltf::Texture texture, bool normals) const {
   const std::lock_guard<std::mutex> lock(mutex);
-  std::unique_ptr<const gltf::Scene> &scene = scenes[texture][normals];
+  std::unique_ptr<const gltf::Scene> &scene = scenes[{texture, normals}];
   if (!scene) {
     gltf::AnimationChoice choice = gltf::OnlyAnimation{};
     if (name) std::visit([&](const auto &value) { choice = value; }, *name);
     // The defaults hold for the file, those of a caller for the mesh: callers share what was read.
-    scene = std::make_unique<const gltf::Scene>(
-        gltf::read_scene(read_file(path, max_mesh_file), path, choice, limits_or_default(nullptr),
-                         texture ? gltf::Texture::coordinates : gltf::Texture::skipped, normals));
+    scene = std::make_unique<const gltf::Scene>(gltf::read_scene(
+        read_file(path, max_mesh_file), path, choice, limits_or_default(nullptr), texture, normals));
   }
   return *scene;
 }
 
 Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report,
-                         bool texture, bool normals) const {
-  const gltf::Scene &source = read(path, texture, normals);
-  Mesh out = gltf::pose(source, time);
+                         bool texture, bool normals, MeshExtras *extras) const {
+  const gltf::Scene &source = read(path, gltf::texture_for(texture, extras), normals);
+  Mesh out = gltf::pose(source, time, extras);
   const fvv_limits bounds = limits_or_default(limits);
   if (out.vertex_count() > bounds.max_vertices || out.face_count() > bounds.max_faces)
     throw Error(path + ": " + std::to_string(out.vertex_count()) + " vertices and " +
@@ -260,7 +271,7 @@ Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits 
 
 double MeshAnimation::end(const std::string &path, bool texture) const {
   double last = 0;
-  for (const gltf::Channel &channel : read(path, texture, false).channels)
+  for (const gltf::Channel &channel : read(path, gltf::texture_for(texture, nullptr), false).channels)
     last = std::max(last, channel.times.back());
   return last;
 }

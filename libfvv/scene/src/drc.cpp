@@ -141,8 +141,27 @@ const draco::PointAttribute *normals_of(const draco::Mesh &decoded) {
   return usable ? normals : nullptr;
 }
 
+// R G B of each vertex, of the mesh whose vertices are the values of positions; grey where no face has one.
+std::vector<uint8_t> colours_of(const draco::Mesh &decoded, const draco::PointAttribute &positions) {
+  const draco::PointAttribute *colours = decoded.GetNamedAttribute(draco::GeometryAttribute::COLOR);
+  if (!colours || colours->num_components() < 3) return {};
+  const bool is_float = colours->data_type() == draco::DT_FLOAT32;
+  if (!is_float && colours->data_type() != draco::DT_UINT8) return {};
+  std::vector<double> values(3 * size_t(positions.size()), NAN);
+  for (uint32_t i = 0; i < decoded.num_points(); i++) {
+    const uint32_t vertex = positions.mapped_index(draco::PointIndex(i)).value();
+    const draco::AttributeValueIndex index = colours->mapped_index(draco::PointIndex(i));
+    float value[4] = {};
+    if (vertex >= positions.size() || index.value() >= colours->size() || colours->num_components() > 4 ||
+        !colours->ConvertValue<float>(index, int8_t(colours->num_components()), value))
+      continue;
+    std::copy_n(value, 3, &values[3 * size_t(vertex)]);
+  }
+  return display_colours(values, is_float || colours->normalized() ? 1 : 255);
+}
+
 Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std::string &name, bool texture,
-                bool normals) {
+                bool normals, MeshExtras *extras) {
   const draco::PointAttribute *attribute = decoded.GetNamedAttribute(draco::GeometryAttribute::POSITION);
   if (!attribute) throw Error(name + ": expected an attribute of positions, found none");
   if (attribute->num_components() != 3)
@@ -161,6 +180,7 @@ Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std:
   else
     throw Error(name + ": expected positions as float32 or int32, found Draco data type " +
                 std::to_string(attribute->data_type()));
+  if (extras) extras->colours = colours_of(decoded, *attribute);
   const draco::PointAttribute *pairs = texture ? texture_of(decoded, name) : nullptr;
   const draco::PointAttribute *directions = normals ? normals_of(decoded) : nullptr;
   std::vector<double> of_corners, normals_of_corners;
@@ -380,10 +400,10 @@ DrcPoints points_of(const draco::Mesh &decoded, const std::string &name, const f
 } // namespace
 
 Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *,
-               bool texture, bool normals) {
+               bool texture, bool normals, MeshExtras *extras) {
   const fvv_limits bounds = limits_or_default(limits);
-  return guarded(name,
-                 [&] { return from_draco(*decode(bytes, name, bounds), bounds, name, texture, normals); });
+  return guarded(
+      name, [&] { return from_draco(*decode(bytes, name, bounds), bounds, name, texture, normals, extras); });
 }
 
 DrcPoints parse_drc_points(std::string_view bytes, const std::string &name, const fvv_limits &limits,

@@ -9,6 +9,9 @@ namespace fvv::scene {
 // Appends the fan of a polygon around its first corner. corners: at least 3 indices.
 void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &report);
 
+// Of 0 to white; grey for what is no number.
+std::vector<uint8_t> display_colours(const std::vector<double> &values, double white);
+
 // Places of vertices that are not numbers (depth cameras write them for pixels without depth): 0 where no
 // face uses the vertex, else Error.
 void settle_unused(Mesh &mesh, const std::string &name);

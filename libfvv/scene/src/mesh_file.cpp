@@ -38,7 +38,7 @@ bool is_gltf(const std::string &path) {
 }
 
 Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
-               bool normals) {
+               bool normals, MeshExtras *extras) {
   const std::string extension = extension_of(path);
   const auto parse = extension == ".obj"                            ? parse_obj
                      : extension == ".ply"                          ? parse_ply
@@ -46,16 +46,15 @@ Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *re
                      : is_gltf(path)                                ? parse_gltf
                                                                     : nullptr;
   if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .draco, .glb or .gltf");
-  return parse(read_file(path, max_mesh_file), path, limits, report, texture, normals);
+  return parse(read_file(path, max_mesh_file), path, limits, report, texture, normals, extras);
 }
 
 Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
-                bool texture, bool normals) {
-  const gltf::Scene scene =
-      gltf::read_scene(bytes, name, gltf::NoAnimation{}, limits_or_default(limits),
-                       texture ? gltf::Texture::coordinates : gltf::Texture::skipped, normals);
+                bool texture, bool normals, MeshExtras *extras) {
+  const gltf::Scene scene = gltf::read_scene(bytes, name, gltf::NoAnimation{}, limits_or_default(limits),
+                                             gltf::texture_for(texture, extras), normals);
   if (report) report->lines_and_points += scene.report.lines_and_points;
-  return gltf::pose(scene, std::nullopt);
+  return gltf::pose(scene, std::nullopt, extras);
 }
 
 bool is_empty_mesh(const std::string &path) {
@@ -122,6 +121,14 @@ void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &re
   if (corners.size() > 3) report.polygons++;
   for (size_t i = 1; i + 1 < corners.size(); i++)
     mesh.faces.insert(mesh.faces.end(), {corners[0], corners[i], corners[i + 1]});
+}
+
+std::vector<uint8_t> display_colours(const std::vector<double> &values, double white) {
+  std::vector<uint8_t> out;
+  for (const double value : values)
+    out.push_back(std::isnan(value) ? uint8_t(128)
+                                    : uint8_t(std::floor(std::clamp(value / white, 0.0, 1.0) * 255 + 0.5)));
+  return out;
 }
 
 void settle_unused(Mesh &mesh, const std::string &name) {

@@ -33,9 +33,9 @@ template <size_t N> bool contains(const std::string_view (&list)[N], std::string
 class ObjReader {
 public:
   ObjReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, MeshReport &notes,
-            bool with_texture, bool with_normals)
+            bool with_texture, bool with_normals, bool with_colours = false)
       : cursor(bytes.data()), end(bytes.data() + bytes.size()), name(file), limits(bounds), report(notes),
-        wants_texture(with_texture),
+        wants_texture(with_texture), wants_colours(with_colours),
         has_normals(with_normals), vertices{"vertex", bounds.max_vertices, 0, {}} {}
 
   Mesh read() {
@@ -56,6 +56,21 @@ public:
                   has_normals ? of_corners(shading.faces, directions, 3) : std::vector<double>(), limits,
                   name);
     return std::move(mesh);
+  }
+
+  // After read(). R G B of each vertex, or empty.
+  std::vector<uint8_t> vertex_colours() {
+    // x y z w r g b, or x y z r g b a as some programs have it: weights are 1.
+    if (colours.empty()) return {};
+    colours.resize(4 * vertices.count, NAN);
+    const bool weight_first =
+        std::all_of(colours.begin(), colours.end(),
+                    [&, i = size_t(0)](double w) mutable { return i++ % 4 != 0 || std::isnan(w) || w == 1; });
+    std::vector<double> out;
+    for (size_t v = 0; v < colours.size(); v += 4)
+      out.insert(out.end(), &colours[v + weight_first], &colours[v + weight_first] + 3);
+    const bool of_bytes = std::any_of(out.begin(), out.end(), [](double value) { return value > 1; });
+    return display_colours(out, of_bytes ? 255 : 1);
   }
 
   // After read().
@@ -196,12 +211,17 @@ private:
 
   void vertex() {
     double numbers[7];
-    // Only places of vertices that faces use must be numbers; colours are not used.
+    // Only places of vertices that faces use must be numbers.
     const size_t count = numbers_of_line("v", numbers, true);
     if (count < 3 || count == 5 || count > 7)
       fail("expected 3, 4, 6 or 7 numbers after v, found " + std::to_string(count));
     if (mesh.vertex_count() == limits.max_vertices)
       fail("more than the allowed " + std::to_string(limits.max_vertices) + " vertices");
+    if (wants_colours && count >= 6) {
+      colours.resize(4 * mesh.vertex_count(), NAN);
+      if (count == 6) colours.push_back(1);
+      colours.insert(colours.end(), numbers + 3, numbers + count);
+    }
     mesh.positions.insert(mesh.positions.end(), numbers, numbers + 3);
     vertices.count++;
   }
@@ -311,9 +331,10 @@ private:
   const std::string &name;
   const fvv_limits &limits;
   MeshReport &report;
-  const bool wants_texture;
-  bool has_pairs = false; // some corner has texture coordinates
-  bool has_normals;       // they are requested, and every corner so far has one
+  const bool wants_texture, wants_colours;
+  std::vector<double> colours; // weight and R G B of each vertex up to the last one that has them
+  bool has_pairs = false;      // some corner has texture coordinates
+  bool has_normals;            // they are requested, and every corner so far has one
   uint64_t line = 1;
   std::string_view material;
   bool is_used = false; // by a face
@@ -347,11 +368,15 @@ std::string_view as_usual(std::string_view bytes, std::string &kept) {
 } // namespace
 
 Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
-               bool texture, bool normals) {
+               bool texture, bool normals, MeshExtras *extras) {
   MeshReport ignored;
   const fvv_limits bounds = limits_or_default(limits);
   std::string kept;
-  return ObjReader(as_usual(bytes, kept), name, bounds, report ? *report : ignored, texture, normals).read();
+  ObjReader reader(as_usual(bytes, kept), name, bounds, report ? *report : ignored, texture, normals,
+                   extras != nullptr);
+  Mesh mesh = reader.read();
+  if (extras) extras->colours = reader.vertex_colours();
+  return mesh;
 }
 
 ObjMaterials parse_obj_materials(std::string_view bytes, const std::string &name) {

@@ -38,6 +38,9 @@ enum class PlyRole {
   nx,
   ny,
   nz,
+  red,
+  green,
+  blue,
   corners,
   strips, // of triangles, separated by -1
   corner_texture,
@@ -82,9 +85,9 @@ constexpr NamedType types[] = {
 class HeaderReader {
 public:
   HeaderReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, bool with_texture,
-               bool with_normals)
+               bool with_normals, bool with_colours)
       : whole(bytes), rest(bytes), name(file), limits(bounds), wants_texture(with_texture),
-        wants_normals(with_normals) {}
+        wants_normals(with_normals), wants_colours(with_colours) {}
 
   PlyHeader read() {
     next();
@@ -109,6 +112,7 @@ public:
     check_mesh();
     if (wants_texture) find_texture();
     if (wants_normals) find_normals();
+    if (wants_colours && !find_colours(find("vertex")) && has("face")) (void)find_colours(find("face"));
     check_counts();
     return std::move(header);
   }
@@ -305,6 +309,23 @@ private:
     z->role = PlyRole::nz;
   }
 
+  static bool find_colours(PlyElement &element) {
+    constexpr const char *triples[][3] = {
+        {"red", "green", "blue"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}, {"r", "g", "b"}};
+    for (const auto &names : triples) {
+      PlyProperty *found[3];
+      bool is_colour = true;
+      for (size_t k = 0; k < 3; k++) {
+        found[k] = property_of(element, names[k]);
+        is_colour = is_colour && found[k] && !found[k]->is_list();
+      }
+      for (size_t k = 0; is_colour && k < 3; k++)
+        found[k]->role = static_cast<PlyRole>(static_cast<int>(PlyRole::red) + static_cast<int>(k));
+      if (is_colour) return true;
+    }
+    return false;
+  }
+
   // The fewest bytes that one element can take. In ASCII every value takes a digit and a separator.
   uint64_t smallest(const PlyElement &element) const {
     uint64_t bytes = 0;
@@ -335,16 +356,16 @@ private:
   std::string_view whole, rest, text;
   const std::string &name;
   const fvv_limits &limits;
-  const bool wants_texture, wants_normals;
+  const bool wants_texture, wants_normals, wants_colours;
   uint64_t line = 0;
   PlyHeader header = {};
 };
 
 // texture: texture coordinates have to be there; else their properties are unused. normals: they may be
-// there.
+// there, and so may colours.
 PlyHeader parse_ply_header(std::string_view bytes, const std::string &name, const fvv_limits &limits,
-                           bool texture, bool normals) {
-  return HeaderReader(bytes, name, limits, texture, normals).read();
+                           bool texture, bool normals, bool colours) {
+  return HeaderReader(bytes, name, limits, texture, normals, colours).read();
 }
 
 std::string numbered(const PlyElement &element, uint64_t index) {
@@ -499,8 +520,8 @@ private:
 template <class Body> class BodyReader {
 public:
   BodyReader(Body &input, const PlyHeader &declared, const std::string &file, const fvv_limits &bounds,
-             MeshReport &notes)
-      : body(input), header(declared), name(file), limits(bounds), report(notes) {}
+             MeshReport &notes, MeshExtras *more)
+      : body(input), header(declared), name(file), limits(bounds), report(notes), extras(more) {}
 
   Mesh read() {
     // Both fit: the header was checked against limits and against the size of the file.
@@ -511,6 +532,7 @@ public:
     body.finish_file();
     if (mesh.faces.empty()) throw Error(name + ": expected at least one face, found lines and points alone");
     settle_unused(mesh, name);
+    if (extras) extras->colours = colours();
     const ConcavePolygons concave(mesh, polygons, report, name);
     concave.apply(mesh.faces, 1);
     concave.apply(of_corners, 2);
@@ -523,8 +545,8 @@ public:
 
 private:
   void read_element(const PlyElement &element, uint64_t index) {
-    double numbers[8]; // x y z u v nx ny nz
-    bool has_texture = false, has_normal = false;
+    double numbers[11]; // x y z u v nx ny nz red green blue
+    bool has_texture = false, has_normal = false, has_colour = false;
     pairs.clear();
     body.begin(element, index);
     for (const PlyProperty &property : element.properties) {
@@ -547,17 +569,24 @@ private:
         break;
       default:
         numbers[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] =
-            body.real(property, element.name == "vertex" && property.role <= PlyRole::z);
+            body.real(property, (element.name == "vertex" && property.role <= PlyRole::z) ||
+                                    property.role >= PlyRole::red);
         has_texture = has_texture || property.role == PlyRole::u;
         has_normal = has_normal || property.role == PlyRole::nx;
+        if (property.role == PlyRole::red) {
+          has_colour = true;
+          colour_type = property.type;
+        }
       }
     }
     if (element.name == "vertex") {
       mesh.positions.insert(mesh.positions.end(), numbers, numbers + 3);
       if (has_normal) of_vertices.insert(of_vertices.end(), numbers + 5, numbers + 8);
       if (has_texture) mesh.texture.insert(mesh.texture.end(), {numbers[3], 1 - numbers[4]});
-    } else if (has_texture) {
-      append_pairs(index);
+      if (has_colour) of_points.insert(of_points.end(), numbers + 8, numbers + 11);
+    } else {
+      if (has_texture) append_pairs(index);
+      if (has_colour) add_to_corners(numbers + 8);
     }
     body.finish();
   }
@@ -570,6 +599,24 @@ private:
     for (size_t i = 1; i + 1 < corners.size(); i++)
       for (const size_t corner : {size_t(0), i, i + 1})
         of_corners.insert(of_corners.end(), {pairs[corner * 2], 1 - pairs[corner * 2 + 1]});
+  }
+
+  // Of a face, whose elements may precede those of the vertices.
+  void add_to_corners(const double *colour) {
+    sums.resize(4 * static_cast<size_t>(header.vertex_count));
+    for (const uint32_t corner : corners) {
+      for (size_t k = 0; k < 3; k++) sums[4 * size_t(corner) + k] += colour[k];
+      sums[4 * size_t(corner) + 3]++;
+    }
+  }
+
+  std::vector<uint8_t> colours() {
+    for (size_t v = 0; v < sums.size(); v += 4)
+      for (size_t k = 0; k < 3; k++) of_points.push_back(sums[v + 3] > 0 ? sums[v + k] / sums[v + 3] : NAN);
+    const bool above_one =
+        std::any_of(of_points.begin(), of_points.end(), [](double value) { return value > 1; });
+    const bool is_byte = colour_type.size != 2 && (!colour_type.is_float || above_one);
+    return display_colours(of_points, is_byte ? 255 : colour_type.is_float ? 1 : 65535);
   }
 
   std::vector<double> normals_of_corners() const {
@@ -653,6 +700,9 @@ private:
   const std::string &name;
   const fvv_limits &limits;
   MeshReport &report;
+  MeshExtras *extras;
+  PlyType colour_type = {};
+  std::vector<double> of_points, sums; // R G B of each vertex; R G B and number of the faces around it
   Mesh mesh;
   std::vector<Polygon> polygons;
   std::vector<uint32_t> corners;   // of the last face
@@ -664,9 +714,9 @@ private:
 
 template <class Body>
 Mesh read_body(std::string_view bytes, const PlyHeader &header, const std::string &name,
-               const fvv_limits &limits, MeshReport &report) {
+               const fvv_limits &limits, MeshReport &report, MeshExtras *extras) {
   Body body(bytes.substr(header.size), header, name);
-  return BodyReader<Body>(body, header, name, limits, report).read();
+  return BodyReader<Body>(body, header, name, limits, report, extras).read();
 }
 
 // With LF where a file of old programs has CR alone: in the header, and in a body of text. kept: where the
@@ -685,14 +735,14 @@ std::string_view with_line_feeds(std::string_view bytes, std::string &kept) {
 } // namespace
 
 Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
-               bool texture, bool normals) {
+               bool texture, bool normals, MeshExtras *extras) {
   MeshReport ignored;
   const fvv_limits bounds = limits_or_default(limits);
   std::string kept;
   bytes = with_line_feeds(bytes, kept);
-  const PlyHeader header = parse_ply_header(bytes, name, bounds, texture, normals);
+  const PlyHeader header = parse_ply_header(bytes, name, bounds, texture, normals, extras != nullptr);
   const auto read = header.format == PlyFormat::ascii ? read_body<AsciiBody> : read_body<BinaryBody>;
-  return read(bytes, header, name, bounds, report ? *report : ignored);
+  return read(bytes, header, name, bounds, report ? *report : ignored, extras);
 }
 
 std::string format_ply(const Mesh &mesh, const std::string &name) {

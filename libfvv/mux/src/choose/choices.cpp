@@ -305,6 +305,8 @@ constexpr double cells_of_each = 750, cells_of_runs = 3000;
 constexpr uint8_t step_of_each = 24, step_of_runs = 12;
 // Occupied cells of side 1 for a surface of area 1.
 constexpr double cells_of_area = 1.15;
+// Of colours that meshes bring: at first a cell for each vertex, and steps that are below what is seen.
+constexpr uint8_t step_of_vertices = 4;
 
 std::vector<size_t> cameras_with_pictures(const scene::Capture &capture) {
   std::vector<size_t> out;
@@ -326,6 +328,37 @@ double area_of(const geometry::Mesh &mesh) {
   return twice / 2;
 }
 
+// Whether some of the sampled meshes bring colours of their vertices.
+bool brings_colours(const SampledScene &scene) {
+  const scene::Capture &capture = scene.of();
+  if (!capture.meshes || capture.memory) return false;
+  std::vector<uint8_t> colours;
+  for (const SampledScene::Frame &frame : scene.frames()) {
+    scene::load_coloured_mesh(capture, frame.number, colours);
+    if (!colours.empty()) return true;
+  }
+  return false;
+}
+
+// The size at which the first mesh occupies about that number of cells.
+uint32_t cell_size_for(const Plan &plan, const SampledScene &scene, double cells) {
+  const double side =
+      std::sqrt(cells_of_area * area_of(scene.first().mesh) / cells) / plan.lattice.lattice.step;
+  return uint32_t(std::clamp(side, 1.0, double(FVV_COLOURS_MAX_CELL)));
+}
+
+void choose_vertex_colours(const Plan &plan, const SampledScene &scene, ColourChoice &choice) {
+  const uint32_t chosen = plan.options.colour_cells;
+  choice.on = choice.of_vertices = true;
+  choice.step = step_of_vertices;
+  choice.cell_size = cell_size_for(
+      plan, scene,
+      chosen ? chosen
+             : std::min<double>(double(scene.first().mesh.vertex_count()), FVV_COLOURS_MAX_CELLS / 2));
+  choice.reason = fvv::format("those of the meshes' vertices, in cells of at most %s",
+                              length_text(plan, choice.cell_size * plan.lattice.lattice.step).c_str());
+}
+
 } // namespace
 
 ColourChoice choose_colours(const Plan &plan, const SampledScene &scene) {
@@ -339,6 +372,8 @@ ColourChoice choose_colours(const Plan &plan, const SampledScene &scene) {
                                                  : nullptr;
   if (options.colours == Colours::off)
     choice.reason = option_name("colours", "off");
+  else if (capture.meshes && choice.cameras.empty() && !capture.atlas && brings_colours(scene))
+    choose_vertex_colours(plan, scene, choice);
   else if (missing && !automatic)
     refuse_option("colours", missing);
   else if (missing)
@@ -349,12 +384,10 @@ ColourChoice choose_colours(const Plan &plan, const SampledScene &scene) {
     choice.reason = "the atlas has the colours of the whole surface";
   else {
     choice.on = true;
-    const double area = area_of(scene.first().mesh);
     const double cells = options.colour_cells         ? options.colour_cells
                          : plan.has_constant_topology ? cells_of_runs
                                                       : cells_of_each;
-    const double side = std::sqrt(cells_of_area * area / cells) / plan.lattice.lattice.step;
-    choice.cell_size = uint32_t(std::clamp(side, 1.0, double(FVV_COLOURS_MAX_CELL)));
+    choice.cell_size = cell_size_for(plan, scene, cells);
     choice.step = plan.has_constant_topology ? step_of_runs : step_of_each;
     choice.reason =
         fvv::format("cells of %s, about %g on the first mesh",

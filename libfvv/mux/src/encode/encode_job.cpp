@@ -52,6 +52,23 @@ bool warn_of_quantisation(const Plan &plan, const MeshTrack &track, int64_t fram
   return true;
 }
 
+// Of vertices that bring colours: where others have some and these have none, and where too many of them
+// share a cell.
+bool warn_of_colours(const Plan &plan, size_t frame, const ColourFrame &colours) {
+  constexpr double poor = 30; // dB
+  if (!colours.vertices || (!colours.payload.empty() && colours.psnr() >= poor)) return false;
+  const int64_t number = plan.capture.frames.number(int64_t(frame));
+  plan.observer.warn(
+      plan.capture.mesh_path(number) + ": frame " + std::to_string(number) + ": " +
+      (colours.payload.empty()
+           ? std::string("has no colours of vertices, as other frames have: it is grey")
+           : fvv::format("%u vertices have %u cells of colour, %.1f dB: a finer mesh's colours belong into a "
+                         "picture",
+                         colours.vertices, colours.cells, colours.psnr()) +
+                 " (" + option_name("atlas") + ")"));
+  return true;
+}
+
 // A rate that is too low even for the worst picture is no failure: the stream is whole.
 bool warn_of_rates(const Plan &plan, const Report &report) {
   bool warned = false;
@@ -361,6 +378,7 @@ private:
     if (plan.colours.on) {
       if (!colours.payload.empty()) writer->colours(of, frame, colours.payload);
       mux::add(of_track.colours, colours);
+      if (!of.rung && plan.colours.of_vertices && warn_of_colours(plan, frame, colours)) sums.warned = true;
     }
   }
 

@@ -442,7 +442,8 @@ std::vector<Option> texturing_options() {
       Row("colours", "HOW",
           "send a colour of low resolution for all of the surface, which is shown where no camera sees it, "
           "and by players that cannot decode the pictures: auto (where there are meshes and pictures of "
-          "cameras, and no atlas), on, off, or about how many cells of one colour the first mesh has "
+          "cameras, or colours of the meshes' vertices, and no atlas), on, off, or about how many cells of "
+          "one colour the first mesh has "
           "(docs/encoding/colours.md)")
           .custom(
               "bool | int | Literal[\"auto\", \"on\", \"off\"]", "2000",

@@ -81,8 +81,8 @@ struct Fields {
     a(on, open, known, threshold, cosine, cameras, reason);
   }
   template <class A> static void of(A &a, ColourChoice &v) {
-    auto &[on, cell_size, step, cameras, reason] = v;
-    a(on, cell_size, step, cameras, reason);
+    auto &[on, of_vertices, cell_size, step, cameras, reason] = v;
+    a(on, of_vertices, cell_size, step, cameras, reason);
   }
   template <class A> static void of(A &a, render::CameraMatch &v) {
     auto &[gain, matched, places] = v;

@@ -276,11 +276,14 @@ void track_lines(std::string &out, const Report &r) {
   const ColourSums &colours = r.colours;
   if (colours.track.chunks)
     track_line(out, r, "colours", colours.track.payload,
-               fvv::format("%llu key meshes, %.0f cells of %.3g bits each, %.1f dB; no camera shows %.2g %%",
+               fvv::format("%llu key meshes, %.0f cells of %.3g bits each, %.1f dB",
                            (unsigned long long)colours.track.chunks,
                            double(colours.cells) / double(colours.track.chunks),
-                           8 * double(colours.track.payload) / double(colours.cells), colours.psnr(),
-                           100 * (1 - double(colours.shown) / double(colours.vertices))));
+                           8 * double(colours.track.payload) / double(colours.cells), colours.psnr()) +
+                   (colours.shown == colours.vertices
+                        ? std::string()
+                        : fvv::format("; no camera shows %.2g %%",
+                                      100 * (1 - double(colours.shown) / double(colours.vertices)))));
   for (const LowerMeshes &meshes : r.lower_meshes)
     if (meshes.sent)
       track_line(out, r, "mesh", meshes.payload(),

@@ -24,7 +24,8 @@ namespace fvv::scene {
 
 namespace gltf {
 struct Scene;
-}
+enum class Texture;
+} // namespace gltf
 
 class MeshAnimation {
 public:
@@ -37,7 +38,7 @@ public:
   // faces are the same at every time; before the first keyframe and after the last one the nearest applies.
   // texture, normals: as parse_gltf has it. Error. Several threads may call these two.
   Mesh mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report, bool texture,
-            bool normals) const;
+            bool normals, MeshExtras *extras = nullptr) const;
   // Time of the last keyframe in seconds; reads the file for mesh() without normals.
   double end(const std::string &path, bool texture) const;
 
@@ -46,10 +47,11 @@ public:
   const int64_t first;
 
 private:
-  const gltf::Scene &read(const std::string &path, bool texture, bool normals) const;
+  const gltf::Scene &read(const std::string &path, gltf::Texture texture, bool normals) const;
 
   mutable std::mutex mutex;
-  mutable std::unique_ptr<const gltf::Scene> scenes[2][2]; // without and with texture coordinates, normals
+  // By what was read of the appearance, and with normals.
+  mutable std::map<std::pair<gltf::Texture, bool>, std::unique_ptr<const gltf::Scene>> scenes;
 };
 
 // One camera. calibration is in metres (in units of the source when the scale is unknown), pixel centres at
@@ -169,6 +171,10 @@ void write_capture(const Capture &capture, const std::string &path);
 // normals, if the file has them and normals is set. Several threads may call it for one capture.
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr, bool normals = false);
+
+// The same in metres, without texture coordinates and normals. colours: R G B of each vertex, display values;
+// empty if the file has none.
+Mesh load_coloured_mesh(const Capture &capture, int64_t frame, std::vector<uint8_t> &colours);
 
 // Adds to Capture::empty the frames whose mesh files are there and have neither vertices nor faces
 // (is_empty_mesh).

@@ -33,6 +33,13 @@ struct MeshReport {
       0; // elements l and p of OBJ, faces of 2 corners, such primitives of glTF, left out
 };
 
+// What a reader of meshes finds besides, where a caller asks for it.
+struct MeshExtras {
+  // R G B of each vertex, display values; empty: the file has none. Only without texture coordinates and
+  // normals, whose seams split vertices.
+  std::vector<uint8_t> colours;
+};
+
 // A mesh at the default limits, as text with normals and texture coordinates, stays below this.
 constexpr uint64_t max_mesh_file = uint64_t(1) << 30;
 // Of the file of a picture that it brings: a PNG of 8192 x 8192 that does not compress.
@@ -42,17 +49,19 @@ constexpr uint64_t max_mesh_picture = uint64_t(1) << 28;
 // max_vertices and max_faces (after triangulation and splitting) are honoured. report may be NULL.
 //
 // texture: fills Mesh::texture, and a file that lacks coordinates for any corner of a face is an error;
-// otherwise they are skipped like colours. normals: fills Mesh::normals, which stays empty if the file lacks
+// otherwise they are skipped. normals: fills Mesh::normals, which stays empty if the file lacks
 // one for any corner. Where a vertex has several pairs or normals, at the seams of an atlas or at hard edges,
 // it is split: it keeps its place with the attributes of the first face, and copies with the others follow
-// all vertices of the file.
+// all vertices of the file. extras: NULL, or filled.
 //
-// OBJ: v (3 or 4 numbers, 6 or 7 with colours; weight and colour are dropped), f (v, v/vt, v//vn, v/vt/vn,
+// OBJ: v (3 or 4 numbers, 6 or 7 with colours; weight and opacity are dropped; colours go to 1, or to 255 if
+// one is above 1; grey where they are no numbers or a vertex has none), f (v, v/vt, v//vn, v/vt/vn,
 // negative indices, vertices defined later), vt (v points up), vn, comments, line continuation. Groups and
 // display attributes are skipped; free-form curves and surfaces, included files and unknown keywords are
 // errors. Materials: parse_obj_materials.
 Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
-               MeshReport *report = nullptr, bool texture = false, bool normals = false);
+               MeshReport *report = nullptr, bool texture = false, bool normals = false,
+               MeshExtras *extras = nullptr);
 
 // The files that the faces of an OBJ file take their colours from.
 struct ObjMaterials {
@@ -70,26 +79,32 @@ ObjMaterials parse_obj_materials(std::string_view bytes, const std::string &name
 // PLY 1.0, ascii, binary_little_endian and binary_big_endian: element vertex with x, y, z; element face with
 // list vertex_indices or vertex_index. Texture coordinates, v up: the first of a list texcoord of the faces
 // (u v for each corner), texture_u and texture_v, s and t, u and v of the vertices; faces of unlike texnumber
-// are an error. Normals: nx, ny, nz of the vertices. Other elements and properties are skipped, in any order.
+// are an error. Normals: nx, ny, nz of the vertices. Colours: red, green, blue (or diffuse_red ..., r, g, b)
+// of the vertices, else of the faces, of which a vertex takes the mean. Other elements and properties are
+// skipped, in any order.
 // Counts are compared with the size of the file before anything is allocated. ASCII: one element per line.
 Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
-               MeshReport *report = nullptr, bool texture = false, bool normals = false);
+               MeshReport *report = nullptr, bool texture = false, bool normals = false,
+               MeshExtras *extras = nullptr);
 // Draco bitstream 2.2, triangular mesh, positions as float32 (quantised or not) or int32, texture coordinates
 // as float32 of the first attribute TEX_COORD (v points up), normals as float32 of the first attribute
-// NORMAL. Hostile input: the counts of the header are compared with limits and with the size of the file
-// before decoding, and again with the result; but libdraco allocates for other attributes (normals, colours)
-// by their description, up to some gigabytes for a forged file. Run it on untrusted files only under a memory
-// limit.
+// NORMAL, colours of the first attribute COLOR. Hostile input: the counts of the header are compared with
+// limits and with the size of the file before decoding, and again with the result; but libdraco allocates for
+// other attributes (normals, colours) by their description, up to some gigabytes for a forged file. Run it on
+// untrusted files only under a memory limit.
 Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
-               MeshReport *report = nullptr, bool texture = false, bool normals = false);
+               MeshReport *report = nullptr, bool texture = false, bool normals = false,
+               MeshExtras *extras = nullptr);
 
 // glTF 2.0, GLB or JSON: all triangles of the default scene with the transforms of its nodes, skins and morph
 // targets without animation. name: also the path in whose folder external buffers lie. Errors name the place
 // as a JSON pointer. Memory for a hostile file stays below 1 GiB and 64 times its size. Texture coordinates
 // (v points down): the set that the base colour of the material names, else the first, with
-// KHR_texture_transform unless that rotates; base colours from unlike images are an error.
+// KHR_texture_transform unless that rotates; base colours from unlike images are an error. Colours: COLOR_0
+// times the base colour's factor, from linear light to display values.
 Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
-                MeshReport *report = nullptr, bool texture = false, bool normals = false);
+                MeshReport *report = nullptr, bool texture = false, bool normals = false,
+                MeshExtras *extras = nullptr);
 // The bytes of the base colour image (PNG or JPEG, not decoded) of all that the default scene
 // of a glTF file draws: out of the file, or of a file in its folder or below.
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
@@ -102,7 +117,7 @@ bool may_bring_picture(const std::string &path); // by its extension: glTF and O
 // Reads .obj, .ply, .drc or .draco, .glb or .gltf by the extension (any case) of path; other extensions are
 // an error.
 Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, MeshReport *report = nullptr,
-               bool texture = false, bool normals = false);
+               bool texture = false, bool normals = false, MeshExtras *extras = nullptr);
 bool is_gltf(const std::string &path); // by its extension
 // Whether a file says that there is nothing: a PLY file whose header declares 0 vertices and 0 faces, or an
 // OBJ file without any v and f. read_mesh refuses such a file. false for every other file, and for none.

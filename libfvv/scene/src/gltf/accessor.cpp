@@ -47,6 +47,8 @@ const Rule &rule_of(Purpose purpose) {
       {"VEC3", floats, "vectors as VEC3 of float32"},
       {"VEC4", floats | normalised_integers, "rotations as VEC4 of float32 or normalised integers"},
       {"SCALAR", floats | normalised_integers, "weights as SCALAR of float32 or normalised integers"},
+      {"VEC3", floats | normalised_unsigned, "colours as VEC3 of float32, normalised uint8 or uint16"},
+      {"VEC4", floats | normalised_unsigned, "colours as VEC4 of float32, normalised uint8 or uint16"},
   };
   return rules[static_cast<size_t>(purpose)];
 }

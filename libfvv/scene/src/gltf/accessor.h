@@ -21,6 +21,8 @@ enum class Purpose {
   vectors, // animated translation or scale
   rotations,
   amounts, // animated weights of morph targets
+  colours,
+  colours_alpha, // with opacity
 };
 
 // The layout that an accessor declares, valid for its purpose.

@@ -37,6 +37,12 @@ public:
     return std::move(mesh);
   }
 
+  // After run(). Of all vertices, or empty.
+  std::vector<uint8_t> vertex_colours() {
+    if (!colours.empty()) colours.resize(mesh_size, 255);
+    return std::move(colours);
+  }
+
   std::vector<PosedPart> run_parts() {
     std::vector<PosedPart> parts;
     for (const uint32_t index : scene.drawn) {
@@ -99,6 +105,9 @@ private:
       (node.skin == none ? place : blended(joints[node.skin], primitive, vertex)).apply_normal(normal, moved);
       mesh.normals.insert(mesh.normals.end(), moved, moved + 3);
     }
+    if (!primitive.colours.empty()) colours.resize(3 * size_t(base), 255);
+    colours.insert(colours.end(), primitive.colours.begin(), primitive.colours.end());
+    mesh_size = mesh.positions.size();
     mesh.texture.insert(mesh.texture.end(), primitive.texture.begin(), primitive.texture.end());
     // Clause 3.7.4: the sign of the determinant decides which way a face turns. A skinned mesh does not
     // follow its node.
@@ -145,12 +154,17 @@ private:
   std::vector<Transform> global;
   std::vector<std::vector<Transform>> joints; // per skin
   Mesh mesh;
+  std::vector<uint8_t> colours; // R G B of vertices up to the last that have some
+  size_t mesh_size = 0;         // coordinates so far
 };
 
 } // namespace
 
-Mesh pose(const Scene &scene, std::optional<double> time) {
-  return Poser(scene, time).run();
+Mesh pose(const Scene &scene, std::optional<double> time, MeshExtras *extras) {
+  Poser poser(scene, time);
+  Mesh mesh = poser.run();
+  if (extras) extras->colours = poser.vertex_colours();
+  return mesh;
 }
 
 std::vector<PosedPart> pose_parts(const Scene &scene) {

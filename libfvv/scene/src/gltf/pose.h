@@ -8,8 +8,9 @@ namespace fvv::scene::gltf {
 
 // In the file's units and axes (+y up), with normals when they were read and every primitive has them. time
 // in seconds; none: without animation. Where a node mirrors, its faces are turned round, so that they are
-// counter-clockwise seen from outside. Error for coordinates that overflow.
-Mesh pose(const Scene &scene, std::optional<double> time);
+// counter-clockwise seen from outside. Error for coordinates that overflow. extras: NULL, or filled from a
+// scene that was read with Texture::colours; white where only other primitives have colours.
+Mesh pose(const Scene &scene, std::optional<double> time, MeshExtras *extras = nullptr);
 
 // The same piece by piece: each primitive of each node that is drawn, with the material that it names.
 struct PosedPart {

@@ -2,6 +2,7 @@
 // nothing else of a material.
 
 #include "fvv_cxx/untrusted.h"
+#include "fvv_media/colour.h"
 #include "scene/src/drc_points.h"
 #include "scene/src/gltf/scene.h"
 
@@ -50,6 +51,18 @@ std::optional<JsonValue> colour_texture(const JsonValue &material) {
   return material.find("emissiveTexture");
 }
 
+std::optional<std::array<double, 3>> base_factor(const JsonValue &material) {
+  std::optional<JsonValue> factor;
+  if (const auto metallic = material.find("pbrMetallicRoughness")) factor = metallic->find("baseColorFactor");
+  if (const auto extensions = material.find("extensions"); extensions && !factor)
+    if (const auto glossy = extensions->find("KHR_materials_pbrSpecularGlossiness"))
+      factor = glossy->find("diffuseFactor");
+  if (!factor) return std::nullopt;
+  std::array<double, 3> out;
+  for (size_t k = 0; k < 3; k++) out[k] = factor->items(4, k).number();
+  return out;
+}
+
 BaseColour read_base_colour(const Container &container, const JsonValue &primitive) {
   BaseColour out;
   const auto reference = primitive.find("material");
@@ -89,11 +102,13 @@ public:
     }
     if (const auto extensions = json.find("extensions"))
       if (const auto compressed = extensions->find("KHR_draco_mesh_compression"))
-        read_draco(*compressed, mode, normals);
+        read_draco(*compressed, mode, normals, texture == Texture::colours);
     out.positions = numbers("POSITION", attributes.at("POSITION"), Purpose::positions);
     read_triangles(mode);
-    const bool optional = texture == Texture::materials;
-    if (texture != Texture::skipped && (!optional || read_base_colour(container, json).image)) read_texture();
+    if (texture == Texture::colours) read_colours();
+    const bool optional = texture == Texture::materials, uses_pairs = texture != Texture::colours;
+    if (uses_pairs && texture != Texture::skipped && (!optional || read_base_colour(container, json).image))
+      read_texture();
     if (const auto reference = attributes.find("NORMAL"); normals && reference)
       out.normals = per_vertex("NORMAL", *reference, Purpose::normals, 3);
     read_joints();
@@ -104,7 +119,7 @@ public:
 
 private:
   // Draco holds indices and some of the attributes; accessors still declare their layout.
-  void read_draco(const JsonValue &compressed, int64_t mode, bool normals) {
+  void read_draco(const JsonValue &compressed, int64_t mode, bool normals, bool colours) {
     if (mode != mode_triangles) json.fail("expected triangles (mode 4) in a mesh compressed by Draco");
     identifiers = compressed.at("attributes");
     std::vector<uint32_t> wanted;
@@ -116,6 +131,7 @@ private:
     };
     want("POSITION");
     if (normals) want("NORMAL");
+    if (colours) want("COLOR_0");
     for (const char *kind : {"TEXCOORD_", "JOINTS_", "WEIGHTS_"})
       for (int set = 0; set < draco_sets; set++) want(kind + std::to_string(set));
     draco = parse_drc_points(container.view(compressed.at("bufferView")).bytes, compressed.place(),
@@ -192,6 +208,31 @@ private:
     out.texture = per_vertex(key, attributes.at(key.c_str()), Purpose::texture, 2);
     colour.transform(out.texture);
     out.image = colour.image;
+  }
+
+  // Of vertices times that of the material.
+  void read_colours() {
+    std::optional<std::array<double, 3>> factor;
+    if (out.material) factor = base_factor(container.item("materials", json.at("material")));
+    const auto reference = attributes.find("COLOR_0");
+    if (factor == std::array<double, 3>{1, 1, 1}) factor.reset();
+    if (!reference && !factor) return;
+    const size_t count = out.vertex_count();
+    container.charge(json, 3 * count);
+    const bool alpha =
+        reference && container.item("accessors", *reference).at("type").text() == std::string("VEC4");
+    const size_t width = alpha ? 4 : 3;
+    std::vector<double> values(width * count, 1);
+    if (reference)
+      values = per_vertex("COLOR_0", *reference, alpha ? Purpose::colours_alpha : Purpose::colours, width);
+    const std::array<double, 3> times = factor.value_or(std::array<double, 3>{1, 1, 1});
+    static const std::vector<float> thresholds = media::srgb_thresholds(255);
+    for (size_t v = 0; v < count; v++)
+      for (size_t k = 0; k < 3; k++) {
+        const double light = values[v * width + k] * times[k];
+        const auto above = std::upper_bound(thresholds.begin(), thresholds.end(), light);
+        out.colours.push_back(uint8_t(above - thresholds.begin()));
+      }
   }
 
   void read_joints() {

@@ -6,6 +6,7 @@
 #include "fvv_scene/transform.h"
 #include "scene/src/gltf/accessor.h"
 
+#include <array>
 #include <optional>
 #include <variant>
 
@@ -29,6 +30,7 @@ struct Primitive {
   std::vector<double> positions;                   // 3 per vertex
   std::vector<double> texture;                     // 2 per vertex, or empty: not requested
   std::vector<double> normals;                     // 3 per vertex, or empty: not requested, or there are none
+  std::vector<uint8_t> colours;                    // R G B per vertex, display values, or empty likewise
   std::vector<uint32_t> triangles;                 // 3 vertices each
   std::vector<std::vector<double>> targets;        // displacements like positions; empty: all zero
   std::vector<std::vector<double>> normal_targets; // of normals, likewise
@@ -93,8 +95,11 @@ struct OnlyAnimation {};
 using AnimationChoice = std::variant<NoAnimation, OnlyAnimation, int64_t, std::string>;
 
 // Appearance: not read; texture coordinates of one atlas, which must exist; its picture as well; coordinates
-// wherever a material has a picture of its own.
-enum class Texture { skipped, coordinates, picture, materials };
+// wherever a material has a picture of its own; colours of vertices and materials.
+enum class Texture { skipped, coordinates, picture, materials, colours };
+inline Texture texture_for(bool coordinates, const MeshExtras *extras) {
+  return coordinates ? Texture::coordinates : extras ? Texture::colours : Texture::skipped;
+}
 
 // bytes: the whole file. path: for messages, and the folder of its buffers. Error "path: POINTER: what".
 // limits: max_vertices and max_faces hold for the scene as drawn.
@@ -118,5 +123,8 @@ struct BaseColour {
   void transform(std::vector<double> &texture) const;
 };
 BaseColour read_base_colour(const Container &container, const JsonValue &primitive);
+
+// What a material multiplies its colours with: R G B, linear; none where it says nothing.
+std::optional<std::array<double, 3>> base_factor(const JsonValue &material);
 
 } // namespace fvv::scene::gltf
