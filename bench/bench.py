@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound, npm, docs, site, python, hypothesis, distributed, hull,
+import, calibration, clip, codecs, meshonly, serve, picture, js, view, look, ladder, player, sound, npm, docs, site, python, hypothesis, distributed, hull,
 calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -340,6 +340,29 @@ def view():
     return browser_decoder.views(streams)
 
 
+def look():
+    """Viewers who walk and who jump in eight seconds of 12 cameras with a track of video each, in groups of half a second."""
+    folder, path = WORK / "look", WORK / "look.fvv"
+    if not (folder / "capture.json").exists():
+        tool(
+            "fvvsynth",
+            "-o",
+            folder,
+            "--rig",
+            "small",
+            "--cameras",
+            12,
+            "--size",
+            "320x180",
+            "--frames",
+            200,
+            "--force",
+        )
+    if not path.exists():
+        tool("fvvmux", folder, "-o", path, "--video-tracks", "camera", "--group", 12, "--force")
+    return browser_decoder.look(path)
+
+
 def ladder():
     """A minute of a stream with three rungs over a link that falls from 16 to 1 Mbit/s and rises again."""
     folder, path = WORK / "minute", WORK / "minute.fvv"
@@ -417,6 +440,7 @@ PARTS = {
     "picture": picture,
     "js": js,
     "view": view,
+    "look": look,
     "ladder": ladder,
     "player": played,
     "sound": player.sound,

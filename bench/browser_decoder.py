@@ -119,11 +119,33 @@ def views(streams):
         for row in [{**whole, "share": "all"}, *found["views"]]:
             print(f"{name:>8}{row['share']:>7}{row['tracks']:10.1f}{row['bytes']:10.0f}{row['requests']:10.0f}"
                   f"{row['firstMs']:10.0f}{row['ms']:10.0f}{row['requestsAgain']:27.0f}")  # fmt: skip
-            if row["share"] == 0.9:
+            if row["share"] == 0.95:
                 figures[f"view.{name}_time_percent"] = 100 * row["ms"] / whole["ms"]
                 figures[f"view.{name}_bytes_percent"] = 100 * row["bytes"] / whole["bytes"]
                 figures[f"view.{name}_requests_per_s"] = row["requests"] / found["seconds"]
     return figures
+
+
+def look(path):
+    """What viewers who move are sent of a stream with a track for each camera (look.mjs): cameras of a frame and bytes as means
+    of both, and frames on screen with the wrong cameras."""
+    if not shutil.which("node") or not (DECODER / "dist/core.wasm.js").exists():
+        print("look.* is left out: no node, or js/decoder was not built (./run bench js)")
+        return {}
+    rows = json.loads(run("node", ROOT / "bench/look.mjs", path))
+    print(
+        f"{'viewer':>8}{'cameras':>9}{'bytes':>11}{'of all':>8}{'requests a second':>19}{'again':>7}{'wrong':>7}"
+    )
+    for name, row in rows.items():
+        print(f"{name:>8}{row['cameras']:9.2f}{row['bytes']:11}{row['bytesOverAll']:8.3f}{row['requestsPerSecond']:19.1f}"
+              f"{row['refetched']:7}{row['wrong']:7}")  # fmt: skip
+    moving = [row for name, row in rows.items() if name != "all"]
+    return {
+        "look.cameras_mean": sum(row["cameras"] for row in moving) / len(moving),
+        "look.bytes_over_all": sum(row["bytesOverAll"] for row in moving) / len(moving),
+        "look.requests_per_s": sum(row["requestsPerSecond"] for row in moving) / len(moving),
+        "look.wrong_frames": sum(row["wrong"] for row in moving),
+    }
 
 
 def packages():

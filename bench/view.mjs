@@ -10,7 +10,7 @@ import { shapedProxy } from "./network/shaped_proxy.mjs";
 
 /** The target of viewers; default: the middle of the generated captures. */
 const target = (process.argv[3] ?? "0,1,0").split(",").map(Number);
-const SHARES = [0.8, 0.9, 1];
+const SHARES = [0.8, 0.95, 1];
 
 const LINK = { bitsPerSecond: 8e6, roundTripMs: 40 };
 

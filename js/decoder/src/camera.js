@@ -1,5 +1,7 @@
 // Cameras: projection, which libfvv computes with the same bits as in C, and the selection of cameras for a viewpoint.
 
+// Copied from js/shading/src by the build: players and decoder have one rule.
+import { partsAt, THRESHOLDS } from "./camera_rule.js";
 import { CAMERA_SIZE, writeCamera } from "./wasm_structs.js";
 
 /** Projection by the wasm module, for all cameras of a decoder. */
@@ -60,19 +62,28 @@ export class Camera {
 }
 
 /** Sample points on a ball in the middle of the picture; each represents the same area of the picture. */
-const POINTS = 1000;
+const POINTS = 250;
 const GOLDEN_ANGLE = Math.PI * (3 - Math.sqrt(5));
+/** Of the picture, that the cameras that are chosen give. */
+const SHARE = 0.95;
+/** Radius of the ball, as a part of the viewer's distance. */
+const RADIUS = 0.2;
 
 const subtract = (a, b) => a.map((x, i) => x - b[i]);
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const add = (a, b) => a.map((x, i) => x + b[i]);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const scaled = (a, factor) => a.map((x) => x * factor);
 const unit = (a) => scaled(a, 1 / Math.hypot(...a));
 
+/** Two directions at right angles to axis and to each other. */
+function acrossTo(axis) {
+  const aside = unit(cross(axis, Math.abs(axis[0]) < 0.5 ? [1, 0, 0] : [0, 1, 0]));
+  return [aside, cross(axis, aside)];
+}
+
 /** Normals of the hemisphere that faces axis, evenly distributed over its projection. */
 function* normalsTowards(axis) {
-  const aside = unit(cross(axis, Math.abs(axis[0]) < 0.5 ? [1, 0, 0] : [0, 1, 0]));
-  const above = cross(axis, aside);
+  const [aside, above] = acrossTo(axis);
   for (let i = 0; i < POINTS; i++) {
     const radius = Math.sqrt((i + 0.5) / POINTS);
     const [x, y] = [radius * Math.cos(i * GOLDEN_ANGLE), radius * Math.sin(i * GOLDEN_ANGLE)];
@@ -86,34 +97,53 @@ function shows(camera, [x, y, z]) {
   return place !== null && place[0] >= 0 && place[0] < camera.width && place[1] >= 0 && place[1] < camera.height;
 }
 
+/** Of the picture of a ball from eye: the parts that cameras give, [{camera: index in centres, share}], the largest first. */
+function sharesFrom(eye, target, centres, rule) {
+  const axis = unit(subtract(eye, target));
+  const radius = rule.radius ?? RADIUS * Math.hypot(...subtract(eye, target));
+  const shares = centres.map((_, camera) => ({ camera, share: 0 }));
+  let all = 0;
+  for (const normal of normalsTowards(axis)) {
+    const point = add(target, scaled(normal, radius));
+    for (const { camera, part } of partsAt(point, normal, centres, eye, rule)) {
+      shares[camera].share += part;
+      all += part;
+    }
+  }
+  const given = shares.filter(({ share }) => share > 0).sort((a, b) => b.share - a.share);
+  return given.map(({ camera, share }) => ({ camera, share: share / all }));
+}
+
 /**
- * The cameras that a picture needs by the rule of docs/tools/fvvrender.md, [{camera: id, share}], the largest share first. The
- * picture is taken to be a ball at target, seen from eye; each of its points takes its colour from the best cameras, by
- * the cosine between its normal and the ray to the camera, if that is at least threshold. Returns as many cameras as
- * together give the fraction share of the picture; with 1 all that give anything. Empty if no camera shows the target.
+ * The cameras that a picture needs by the rule of clause 17.5, [{camera: id, share}], the largest share first. The picture is
+ * taken to be a ball at target, seen from eye. Returns as many cameras as together give the fraction share of the picture; with
+ * 1 all that give anything. margin: metres that the eye may have moved before the next choice takes effect; what it needs there
+ * is included. texturing: the stream's rule, unless blend, threshold and best name another. Empty if no camera shows the target.
  */
-export function camerasFor(cameras, { eye, target, best = 3, threshold = 0.25, share = 0.9 }) {
+export function camerasFor(cameras, { eye, target, share = SHARE, margin = 0, radius, ...given }) {
   [eye, target] = [Array.from(eye), Array.from(target)];
   const axis = unit(subtract(eye, target));
   if (axis.length !== 3 || !axis.every(Number.isFinite)) throw new TypeError("eye and target have to be two points");
-  const able = cameras
-    .filter((camera) => shows(camera, target))
-    .map((camera) => ({ camera: camera.id, ray: unit(subtract(camera.centre, target)), share: 0 }));
-  for (const normal of normalsTowards(axis)) {
-    const seen = able.map((one) => ({ one, weight: dot(normal, one.ray) })).filter(({ weight }) => weight >= threshold);
-    const used = seen.sort((a, b) => b.weight - a.weight).slice(0, best);
-    const sum = used.reduce((total, { weight }) => total + weight, 0);
-    for (const { one, weight } of used) one.share += weight / sum;
+  if (!(margin >= 0)) throw new TypeError(`margin: expected metres, found ${margin}`);
+  const stream = given.texturing ?? { blend: "viewer", threshold: THRESHOLDS.viewer, best: 3 };
+  const blend = given.blend ?? stream.blend;
+  const threshold = given.threshold ?? (blend === stream.blend ? stream.threshold : THRESHOLDS[blend]);
+  const rule = { blend, threshold, best: given.best ?? stream.best, radius };
+  const able = cameras.filter((camera) => shows(camera, target));
+  const centres = able.map(({ centre }) => centre);
+  const ways = margin > 0 ? acrossTo(axis).flatMap((way) => [scaled(way, margin), scaled(way, -margin)]) : [];
+  const needed = new Map();
+  for (const place of [eye, ...ways.map((way) => add(eye, way))]) {
+    let found = 0;
+    for (const one of sharesFrom(place, target, centres, rule)) {
+      if (found >= share) break;
+      found += one.share;
+      const { id } = able[one.camera];
+      needed.set(id, Math.max(needed.get(id) ?? 0, one.share));
+    }
   }
-  const all = able.reduce((total, one) => total + one.share, 0);
-  const needed = [];
-  let found = 0;
-  for (const one of able.filter((each) => each.share > 0).sort((a, b) => b.share - a.share)) {
-    if (found >= share * all) break;
-    found += one.share;
-    needed.push({ camera: one.camera, share: one.share / all });
-  }
-  return needed;
+  const list = Array.from(needed, ([camera, part]) => ({ camera, share: part }));
+  return list.sort((a, b) => b.share - a.share);
 }
 
 /** The video tracks that show at least one of these cameras, or the atlas. */

@@ -212,11 +212,12 @@ export class Decoder extends EventTarget {
     this.#view = view;
     if (!configuration) return this.#call("select", { tracks });
     const cameras = configuration.cameras.map((fields) => new Camera(fields, this.#projector));
-    await this.#aim(cameras, configuration.videos);
+    await this.#aim(cameras, configuration);
   }
 
-  async #aim(cameras, videos) {
-    const needed = camerasFor(cameras, this.#view);
+  /** By the stream's own rule, where the caller names none. */
+  async #aim(cameras, { videos, texturing }) {
+    const needed = camerasFor(cameras, { texturing, ...this.#view });
     const tracks = needed.length
       ? tracksOf(
           videos,
@@ -258,7 +259,7 @@ export class Decoder extends EventTarget {
     camerasFor([], view);
     this.#view = view;
     if (!this.configuration) return { cameras: [], tracks: [] };
-    return this.#aim(this.#latestCameras, this.configuration.videos);
+    return this.#aim(this.#latestCameras, this.configuration);
   }
 
   /** The source was opened again, or more of it is known. */

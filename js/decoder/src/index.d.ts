@@ -148,17 +148,24 @@ export interface RungChange extends Rung {
 export interface Viewpoint {
   eye: ArrayLike<number>;
   target: ArrayLike<number>;
-  /** Number of cameras for a point of the surface. Default 3. */
-  best?: number;
-  /** Minimum cosine between the normal and the ray to a camera that gives colour. Default 0.25. */
-  threshold?: number;
-  /** Fraction of the picture that has the same colour as with all cameras. Default 0.9; 1: every camera that gives any
+  /** Metres that the eye may have moved before the next choice takes effect: cameras that it needs there are included. Default 0. */
+  margin?: number;
+  /** Fraction of the picture that has the same colour as with all cameras. Default 0.95; 1: every camera that gives any
    * colour is selected. */
   share?: number;
+  /** Radius of the scene in metres. Default: a fifth of the distance from eye to target. */
+  radius?: number;
+  /** The rule of the stream (TEXR), which look knows. Default: that of a stream without one. The next three replace its parts. */
+  texturing?: Pick<Texturing, "blend" | "threshold" | "best">;
+  blend?: "viewer" | "paper";
+  /** Number of cameras for a point of the surface. */
+  best?: number;
+  /** Minimum cosine between the normal and the ray to a camera that gives colour. */
+  threshold?: number;
 }
 
-/** The cameras that together colour the fraction share of a ball at the target, seen from eye; the largest share first.
- * Empty if no camera shows the target. */
+/** The cameras that together colour the fraction share of a ball at the target, seen from eye, by the rule of clause 17.5; the
+ * largest share first. Empty if no camera shows the target. */
 export function camerasFor(cameras: Camera[], viewpoint: Viewpoint): { camera: number; share: number }[];
 
 /** The part of npm's opus-decoder that is used. */

@@ -127,6 +127,7 @@ export class Playback {
 
   /** Tracks of video in frames from the next group on; null: all. */
   select(tracks) {
+    if (JSON.stringify(tracks) === JSON.stringify(this.#selection)) return;
     this.#selection = tracks;
     this.#prefetcher?.renew();
   }

@@ -42,6 +42,8 @@ for module in core projection environment draco fast fast_simd openexr; do
   node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done
 cp -r "$here"/../src/*.js "$here"/../src/*.d.ts "$here"/../src/sources "$here/../dist/"
+# What colours a place is one rule of players and decoder, whose package has no dependencies.
+cp "$here/../../shading/src/camera_rule.js" "$here/../dist/"
 cp "$here/../../../LICENSE" "$here/../dist/LICENSE"
 cp "$build/sources/draco/LICENSE" "$here/../dist/LICENSE.draco"
 cp "$build/sources/meshoptimizer/LICENSE.md" "$here/../dist/LICENSE.meshoptimizer"

@@ -6,6 +6,7 @@ import { PointerControls } from "./navigation/pointer.js";
 import { Bookmarks } from "./navigation/view_text.js";
 import { shownScale } from "./view.js";
 import { Sound } from "./playback/sound.js";
+import { ViewpointTracks } from "./playback/viewpoint_tracks.js";
 import { Stage } from "./stage.js";
 import { Interface } from "./ui/interface.js";
 import { styleSheets } from "./ui/style.js";
@@ -41,6 +42,10 @@ export class FvvPlayer extends ViewpointElement {
   #media;
   #sound;
   #playedRung = null;
+  #onScreen = null; // {cameras, tracks, rung, configuration, group} of the frame on screen
+  #choosesTracks = true; // the page does not
+  #viewpoint = null; // {decoder, tracks} of the stream that is played
+  #looking = false;
   #told = null; // number of the group for which the decoder knows how large pictures are shown
   #interface = null;
   #pointer = null;
@@ -82,6 +87,7 @@ export class FvvPlayer extends ViewpointElement {
     this._navigator.addEventListener("change", () => {
       const { source } = this._navigator;
       this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
+      if (this.paused) this.#lookAround();
     });
     this.#sound.muted = this.muted;
     this.addEventListener("volumechange", () => {
@@ -157,6 +163,7 @@ export class FvvPlayer extends ViewpointElement {
       return;
     }
     this._stage.addEventListener("begin", () => this.#begin());
+    this._stage.addEventListener("options", () => this.#lookAround());
     this._stage.addEventListener("drawn", () => this.#interface.keepPreview(canvas));
     this.#pointer = new PointerControls(this.#surface, this._navigator, (event) => this.#click(event), signal);
     this.#surface.addEventListener("dblclick", () => this.controls && this.toggleFullscreen(), { signal });
@@ -215,6 +222,7 @@ export class FvvPlayer extends ViewpointElement {
     if (this._stage?.empty === false) this._forgetCameras();
     if (this.networkState !== FvvPlayer.NETWORK_EMPTY) this._abandonMoves();
     this.#lost = [];
+    this.#onScreen = null;
     this.#unsupported = false;
     this.#outage = null;
     this.#media.reset();
@@ -238,6 +246,8 @@ export class FvvPlayer extends ViewpointElement {
   async #open(source) {
     const { worker } = this;
     const described = this.live && typeof source === "string" ? { url: source, reconnect: true } : source;
+    const { tracks, look } = { ...FvvPlayer.decoderOptions, ...this.decoderOptions };
+    this.#choosesTracks = !tracks && !look;
     const decoder = await createDecoder({
       // Also without WebCodecs: JPEG needs none, and the decoder then reports what it cannot decode.
       video: "decoded",
@@ -312,9 +322,35 @@ export class FvvPlayer extends ViewpointElement {
       .catch(() => {});
   }
 
+  /** Fetches the tracks of video that the viewer needs. frame: on screen. */
+  async #lookAround() {
+    const { decoder } = this.#media;
+    if (!decoder || !this.#onScreen || !this._stage || this.#looking || !this.#choosesTracks) return;
+    if (this.#viewpoint?.decoder !== decoder) this.#viewpoint = { decoder, tracks: new ViewpointTracks(decoder) };
+    this.#looking = true;
+    try {
+      const pose = this._navigator.pose;
+      const { tracks } = this.#viewpoint;
+      const lacks = await tracks.follow(this.#onScreen, pose, performance.now(), this.#viewerAloneDecides);
+      if (lacks && decoder === this.#media.decoder) this.#media.refetch();
+    } catch {
+      // The decoder was closed, or reports why with its next frame.
+    } finally {
+      this.#looking = false;
+    }
+  }
+  /** Whether no picture is shown but for the surface that the viewer sees. */
+  get #viewerAloneDecides() {
+    const { mode, sheet, picturePlanes, cameras } = this._stage.options;
+    return mode === "textured" && !sheet && !picturePlanes && !cameras && !this.immersive && !this._stage.onlyPictures;
+  }
+
   async #show(frame) {
     if (!(await this._stage.show(frame))) return;
     this.#tellScale(frame);
+    const { cameras, tracks, rung, configuration, group } = frame;
+    this.#onScreen = { cameras, tracks, rung, configuration, group };
+    this.#lookAround();
     const coded = new Set(frame.samples.map(({ track }) => track));
     const lost = frame.configuration.videos.filter(({ track }) => coded.has(track) && !frame.picture(track));
     const codecs = new Set(lost.map(({ codec }) => codec));

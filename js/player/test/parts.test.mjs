@@ -32,6 +32,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     copyFileSync(here("../../node_modules/axe-core/axe.min.js"), join(served.folder, "axe.js"));
     mux(join(served.folder, "meshes.fvv"), "--no-pictures", "--triangles", "6000");
     mux(join(served.folder, "pictures.fvv"), "--no-meshes");
+    mux(join(served.folder, "spread.fvv"), "--video-tracks", "camera");
     mux(join(served.folder, "ladder.fvv"), "--ladder", "1,0.5");
     await until(() => window.player.readyState === 4);
   });
@@ -86,6 +87,29 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     assert.deepEqual(await ask(() => [window.player.currentFrame, window.player.paused]), [5, true]);
     await ask(() => (window.player.rung = "auto"));
     await until(() => window.player.playedRung === 0);
+    await load("players");
+  });
+
+  test("of several tracks only those are fetched that the viewer needs, also after a jump while paused", async () => {
+    await load("spread");
+    await seekTo(5);
+    const tiles = () => ask(() => window.player._stage.renderer.tiles.map(({ camera }) => camera.id).join());
+    await until(() => window.player._stage.renderer.tiles.length < 5);
+    const former = await tiles();
+    await ask(() => {
+      const { eye, target, ...pose } = window.player.getPose();
+      const opposite = [2 * target[0] - eye[0], eye[1], 2 * target[2] - eye[2]];
+      window.player.setPose({ ...pose, target, eye: opposite });
+    });
+    const others = (former) => {
+      const shown = window.player._stage.renderer.tiles.map(({ camera }) => camera.id);
+      return shown.length < 5 && shown.join() !== former;
+    };
+    await until(others, former);
+    assert.deepEqual(await ask(() => [window.player.currentFrame, window.player.paused]), [5, true]);
+    await ask(() => (window.player.showCameras = "sheet"));
+    await until(() => window.player._stage.renderer.tiles.length === 5);
+    await ask(() => (window.player.showCameras = "none"));
     await load("players");
   });
 

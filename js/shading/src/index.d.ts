@@ -78,6 +78,17 @@ export function viewFrom<T extends { rotation: readonly number[]; translation: r
   origin: readonly number[],
   view: T,
 ): T;
+/**
+ * The parts of the colour of a point that cameras give, by the rule of the shaders, the largest first; together 1, or none.
+ * camera: index in centres, of cameras that show the point. Visibility weights and the borders of pictures are left out.
+ */
+export function partsAt(
+  point: readonly number[],
+  normal: readonly number[],
+  centres: readonly (readonly number[])[],
+  eye: readonly number[],
+  rule: { blend: "viewer" | "paper"; threshold: number; best: number },
+): { camera: number; part: number }[];
 export function lensesOf(views: readonly View[]): 0 | 1 | 2;
 export function viewsOf(frame: Frame, places: Map<number, { x: number; y: number }>): View[];
 export function writeViews(views: View[], array: Float32Array): void;

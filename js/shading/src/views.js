@@ -1,6 +1,8 @@
 // What shaders need to know of a frame's cameras: calibration and tile of each, as rows of floats in a texture, and the
 // parameters by which colours are mixed. The number of samplers does not depend on the number of cameras.
 
+import { THRESHOLDS } from "./camera_rule.js";
+
 /** Texels of a row; glsl/surface.js describes them. */
 export const VIEW_TEXELS = 12;
 export const MAX_VIEWS = 64;
@@ -89,9 +91,6 @@ export const MAX_BEST = 8;
 
 /** Display values, 0 to 1, of 0xRRGGBB. */
 const displayed = (colour) => [16, 8, 0].map((shift) => ((colour >> shift) & 255) / 255);
-
-/** What weights cameras, with the threshold that suits it. */
-const THRESHOLDS = { viewer: 0.05, paper: 0.25 };
 
 /** Throws for invalid options; undefined and null mean the stream's value. */
 export function checkTexturing({ blend, threshold = 0, best = 1, unseen }) {

@@ -408,6 +408,10 @@ export class Media extends DelayedEvents {
   improve() {
     this.#playout?.improve();
   }
+  /** Other tracks were selected: frames that are decoded already lack them. */
+  refetch() {
+    this.#playout?.refetch();
+  }
   /** Pauses, and shows the frame count frames further on. */
   step(count) {
     this.pause();

@@ -47,6 +47,7 @@ export class Playout {
   #damage = null; // the first
   #complete = false; // the frame on screen has all its pictures
   #rung = null; // of the frame on screen
+  #tracks = null; // that were selected for it, as text
   #resting = new Resting({ better: (asked) => this.#better(asked), ask: () => this.#askAgain() });
   #again = null; // number of the frame on screen, while it is requested again
   #isWatched = true;
@@ -233,6 +234,14 @@ export class Playout {
   improve() {
     if (this.#rests) this.#resting.hurry();
   }
+  /** Other tracks were selected, which the frames that are shown need at once. */
+  refetch() {
+    if (this.#rests) return this.#askAgain();
+    const isPlaying = this.#running && this.shown && !this.#search && this.#goal === null && !this.#wrapped;
+    const next = this.shown && this.shown.number + 1;
+    if (isPlaying && this.decoder.seekable && next < (this.decoder.frameCount ?? Infinity))
+      this.#seekQueue({ frame: next });
+  }
   async #better(asked) {
     const { decoder } = this;
     const wished = (await decoder.lastingRung?.().catch(() => null)) ?? null;
@@ -252,7 +261,8 @@ export class Playout {
     this.#again = null;
     if (!isSame) return;
     const isWorse = this.#complete && lacksPictures(frame);
-    if (!isWorse && (frame.rung !== this.#rung || !this.#complete)) this.#present();
+    const isOther = frame.rung !== this.#rung || JSON.stringify(frame.tracks) !== this.#tracks;
+    if (!isWorse && (isOther || !this.#complete)) this.#present();
     else this.#queue.shift().close();
   }
 
@@ -377,6 +387,7 @@ export class Playout {
     const until = this.#seconds(frame.group.end);
     this.#complete = !lacksPictures(frame);
     this.#rung = frame.rung ?? null;
+    this.#tracks = JSON.stringify(frame.tracks);
     // The position is already that of the restarted stream.
     if (seconds < this.shown?.seconds) this.#edge.enter();
     const began = this.#now();

@@ -2,6 +2,7 @@
 // best cameras at a point, by the rules of docs/tools/fvvrender.md. All coordinates are those of the stream, relative to
 // originOf; only the viewer's matrices include the surrounding scene.
 
+import { APART, FADE } from "../camera_rule.js";
 import { LEVELS, SHARP } from "../views.js";
 
 /**
@@ -213,7 +214,7 @@ float shows(int view, vec3 point, vec3 shown, vec3 faceNormal, out vec2 at) {
 
 // What the weight is divided by for the angle between a view and the viewer.
 float apartness(vec3 ray, vec3 towardsEye) {
-  float apart = 1.01 - dot(ray, towardsEye);
+  float apart = ${APART} - dot(ray, towardsEye);
   return apart * apart;
 }
 
@@ -276,7 +277,7 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
 #ifdef PAPER
   return 1.0;
 #else
-  float next = weights[BEST] * 1023.0 / 1024.0;
+  float next = weights[BEST] * ${FADE};
   float sum = 0.0, certainty = 0.0;
   for (int i = 0; i < BEST; i++) {
     float own = weights[i];

@@ -1,0 +1,37 @@
+// Which cameras colour a place of the surface, and by how much: the rule of clause 17.5 in JavaScript. The shaders have the same
+// constants. @fvv/decoder has a copy of this file, which its build makes, to choose tracks for a viewpoint.
+
+/** What weights cameras, with the threshold that suits it: the least cosine between the normal and the ray to the camera. */
+export const THRESHOLDS = { viewer: 0.05, paper: 0.25 };
+/** Weights fall with the square of this number less the cosine between the rays to the camera and to the viewer. */
+export const APART = 1.01;
+/** The part of the weight of the best camera that is not used which is subtracted from the others: they fade in and out. */
+export const FADE = 1023 / 1024;
+
+/**
+ * The parts of the colour of a point that cameras give, [{camera: index, part}], the largest first; together 1, or none.
+ * centres: of the cameras that show the point; eye: the viewer. Visibility weights and the borders of pictures are left out.
+ */
+export function partsAt(point, normal, centres, eye, { blend, threshold, best }) {
+  const towards = (place) => {
+    const ray = [place[0] - point[0], place[1] - point[1], place[2] - point[2]];
+    const length = Math.hypot(ray[0], ray[1], ray[2]);
+    return [ray[0] / length, ray[1] / length, ray[2] / length];
+  };
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const towardsEye = towards(eye);
+  const weights = [];
+  centres.forEach((centre, camera) => {
+    const ray = towards(centre);
+    const facing = dot(normal, ray);
+    if (!(facing > 0 && (blend === "paper" ? facing >= threshold : facing > threshold))) return;
+    const apart = APART - dot(ray, towardsEye);
+    const weight = blend === "paper" ? facing : (facing - threshold) / (1 - threshold) / (apart * apart);
+    weights.push({ camera, weight });
+  });
+  weights.sort((a, b) => b.weight - a.weight);
+  const next = blend === "paper" ? 0 : FADE * (weights[best]?.weight ?? 0);
+  const used = weights.slice(0, best).map(({ camera, weight }) => ({ camera, part: Math.max(0, weight - next) }));
+  const sum = used.reduce((total, { part }) => total + part, 0);
+  return sum > 0 ? used.map(({ camera, part }) => ({ camera, part: part / sum })).filter(({ part }) => part > 0) : [];
+}
