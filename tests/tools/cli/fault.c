@@ -1,6 +1,6 @@
 /* For tests, by LD_PRELOAD: FAULT=CALL:N:ERRNO makes the N-th call fail, FAULT=CALL:N+:ERRNO that and all
    later ones. Calls: open, write, fsync, rename, close, mkdir. NOEXCHANGE=1: no file system knows
-   RENAME_EXCHANGE, as on NFS. */
+   RENAME_EXCHANGE, as on NFS. FAULT_LOG=FILE: gets a byte for each fault. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 /* POSIX has dlsym return an object pointer for functions too. */
@@ -27,6 +28,15 @@ static int fails(const char *call) {
   const long first = strtol(fault + size + 1, &end, 10);
   const int on = *end == '+', now = atomic_fetch_add(&calls, 1) + 1;
   if (on ? now < first : now != first) return 0;
+  const char *log = getenv("FAULT_LOG");
+  if (log) {
+    REAL(open);
+    const int file = real(log, O_WRONLY | O_CREAT | O_APPEND, 0600);
+    if (file >= 0) {
+      (void)!syscall(SYS_write, file, "x", 1);
+      syscall(SYS_close, file);
+    }
+  }
   errno = atoi(end + 1 + on);
   return 1;
 }

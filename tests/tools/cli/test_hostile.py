@@ -2,7 +2,9 @@
 
 import json
 import pathlib
+import resource
 import subprocess
+import wave
 
 import pytest
 from conftest import run, tool_path
@@ -100,3 +102,23 @@ def test_nested_reports_of_parts(small, tmp_path):
     report.write_text('{"warnings":' + "[" * n + "]" * n + ',"videos":[],"lower_meshes":[]}')
     done = code_of(["fvvmux", "--merge", "P", "-o", "m.fvv"], "", tmp_path)
     assert done.returncode == 1 and "the report of the part is damaged" in done.stderr
+
+
+@pytest.mark.parametrize("channels", [1, 8])
+def test_sound_of_one_sample_a_second(channels, small, tmp_path):
+    """4 kB that would be resampled to gigabytes: within 1 GiB of memory of any kind, above what the same run takes otherwise."""
+    with wave.open(str(tmp_path / "bomb.wav"), "wb") as file:
+        file.setparams((channels, 1, 1, 4000, "NONE", None))
+        file.writeframes(bytes(range(200)) * 20 * channels)
+    capture = json.loads((small / "tiny/capture.json").read_text())
+    capture["audio"] = "bomb.wav"
+    for path in (small / "tiny").iterdir():
+        if path.name != "capture.json":
+            (tmp_path / path.name).symlink_to(path)
+    (tmp_path / "capture.json").write_text(json.dumps(capture))
+    words = [str(tool_path("fvvmux")), str(tmp_path), "-o", str(tmp_path / "s.fvv"), "--threads", "1"]
+    begin = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert done.returncode in (0, 1, 3), done.stderr
+    most = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    assert most < max(begin, 1 << 20), "kilobytes of the largest process so far"

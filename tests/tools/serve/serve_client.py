@@ -53,12 +53,14 @@ class Reply:
 class Server:
     """fvvserve on a port that the system chose. Ends with the block, and has to end cleanly."""
 
-    def __init__(self, *arguments, stdin=subprocess.DEVNULL):
+    def __init__(self, *arguments, stdin=subprocess.DEVNULL, before=None):
         command = [str(tool_path("fvvserve")), "--port", "0", "--verbose", *map(str, arguments)]
         pipe = subprocess.PIPE
         # Freed memory that AddressSanitizer keeps would hide the server's own.
         environment = {"ASAN_OPTIONS": "quarantine_size_mb=1"} | os.environ
-        self.process = subprocess.Popen(command, stdin=stdin, stdout=pipe, stderr=pipe, env=environment)
+        self.process = subprocess.Popen(
+            command, stdin=stdin, stdout=pipe, stderr=pipe, env=environment, preexec_fn=before
+        )
         self.line = self.process.stdout.readline().decode()
         found = re.search(r":(\d+)/", self.line)
         assert found, self.line + self.process.stderr.read().decode()

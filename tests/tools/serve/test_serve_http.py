@@ -1,7 +1,9 @@
 """fvvserve over HTTP: what it serves, to whom, what it refuses, and ranges and conditions by the text of RFC 9110."""
 
 import contextlib
+import functools
 import os
+import signal
 import socket
 import subprocess
 import time
@@ -242,6 +244,18 @@ def test_slow_requests_and_many_connections(folder):
             assert connection.recv(1) == b"", "silent connections are closed"
             connection.close()
         assert server.request("/clip.fvv").status == 200
+
+
+def test_a_terminal_that_closes_does_not_end_a_server_with_nohup(folder):
+    ignored = functools.partial(signal.signal, signal.SIGHUP, signal.SIG_IGN)
+    with Server("--root", folder, before=ignored) as server:
+        server.process.send_signal(signal.SIGHUP)
+        time.sleep(0.2)
+        assert server.request("/clip.fvv").status == 200
+    with Server("--root", folder) as server:
+        server.process.send_signal(signal.SIGHUP)
+        assert server.process.wait(10) != 0
+        server.process.returncode = 0  # as this test expects
 
 
 def test_a_large_file_arrives_whole_at_a_slow_reader(folder, server):
