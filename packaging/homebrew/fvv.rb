@@ -18,6 +18,7 @@ class Fvv < Formula
   depends_on "libpng"
   depends_on "meshoptimizer"
   depends_on "openexr"
+  depends_on "tomlplusplus"
   depends_on "yaml-cpp"
 
   resource "stb" do

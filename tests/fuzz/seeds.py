@@ -321,6 +321,28 @@ radialDistortion3="0" tangentalDistortion1="0" tangentalDistortion2="0"/></camer
     panoptic = {"name": "00_00", "resolution": [640, 480], "K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]]}
     panoptic.update(distCoef=[0.1, 0, 0, 0, 0], R=[[1, 0, 0], [0, 1, 0], [0, 0, 1]], t=[[0], [0], [300]])
     seeds.add("calibrations", b"\b" + json.dumps({"cameras": [panoptic]}).encode())
+    seeds.add("calibrations", b"\b" + json.dumps({"left": panoptic}).encode())
+    matrix = (
+        "%YAML:1.0\n---\nnames: [ a ]\nK_a: {rows: 3, cols: 3, data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}\n"
+    )
+    pose = "%YAML:1.0\n---\nR_a: [0, 0.5, 0]\nT_a: [0, 0, 3]\n"
+    seeds.add("calibrations", b"\t" + part((matrix + "dist_a: [0.1, 0, 0, 0, 0]\n").encode()) + pose.encode())
+    toml = "[cam_0]\nname = 'a'\nsize = [640, 480]\nmatrix = [[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]\n"
+    toml += "distortions = [0.1, 0, 0, 0, 0]\nrotation = [0, 0.5, 0]\ntranslation = [0, 0, 3]\n[metadata]\nerror = 0.1\n"
+    seeds.add("calibrations", b"\n" + toml.encode())
+    chain = "  camera_model: pinhole\n  intrinsics: [500, 500, 320, 240]\n  resolution: [640, 480]\n"
+    chain += "  distortion_model: radtan\n  distortion_coeffs: [0.1, 0, 0, 0]\n"
+    step = "  T_cn_cnm1: [[1, 0, 0, 0.1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
+    seeds.add("calibrations", b"\v" + f"cam0:\n{chain}cam1:\n{step}{chain}".encode())
+    metashape = '<document><chunk><sensors><sensor id="0" type="frame"><resolution width="640" height="480"/>'
+    metashape += (
+        '<calibration class="adjusted"><f>500</f><k1>0.1</k1><b2>1</b2></calibration></sensor></sensors>'
+    )
+    metashape += (
+        '<cameras><camera sensor_id="0" label="a"><transform>1 0 0 0 0 1 0 0 0 0 1 -3 0 0 0 1</transform>'
+    )
+    metashape += "</camera></cameras><transform><scale>2</scale></transform></chunk></document>"
+    seeds.add("calibrations", b"\f" + metashape.encode())
 
 
 def paths(seeds):

@@ -227,6 +227,10 @@ def write_calibrations(made, place):
         ("nerfstudio", "transforms.json"),
         ("krt_files", "cameras"),
         ("panoptic", "calibration_171204_pose1.json"),
+        ("easymocap", "zju/377"),
+        ("toml", "calibration.toml"),
+        ("kalibr", "camchain.yaml"),
+        ("metashape", "cameras.xml"),
     ]:
         folder = place / f"of_{name}"
         folder.mkdir()

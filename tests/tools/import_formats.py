@@ -392,7 +392,189 @@ def write_panoptic(folder, random):
     return ["panoptic", path], cameras
 
 
+def stored(values):
+    """A matrix as cv::FileStorage writes it in JSON."""
+    values = np.atleast_2d(values)
+    return {
+        "type_id": "opencv-matrix",
+        "rows": values.shape[0],
+        "cols": values.shape[1],
+        "dt": "d",
+        "data": [float(v) for v in values.ravel()],
+    }
+
+
+def ros(values):
+    """A matrix of camera_info, which has neither a type nor dt."""
+    values = np.atleast_2d(values)
+    return "{rows: %d, cols: %d, data: [%s]}" % (
+        *values.shape,
+        ", ".join(repr(float(v)) for v in values.ravel()),
+    )
+
+
+def write_opencv_others(folder, random):
+    """JSON of cv::FileStorage, camera_info of ROS with a pose beside it, and plain lists."""
+    cameras = []
+    for i, keys in enumerate(
+        ["k1 k2 p1 p2 k3", "k1 k2 p1 p2 k3", "k1 k2 k3 k4", "k1 k2 p1 p2 k3 k4 k5 k6", ""]
+    ):
+        camera = Camera(random, keys, fisheye=i == 2)
+        k, d = intrinsic_matrix(camera), list(camera.k.values())
+        if i == 0:
+            values = {"image_width": WIDTH, "image_height": HEIGHT, "camera_matrix": stored(k)}
+            values["distortion_coefficients"] = stored(d)
+            values |= {"rvec": stored(rotation_vector(camera.q)[:, None]), "tvec": stored(camera.t[:, None])}
+            (folder / "cam0.json").write_text(json.dumps(values, indent="\t"))
+        elif i < 3:
+            model = "equidistant" if camera.fisheye else "plumb_bob"
+            lines = [f"image_width: {WIDTH}", f"image_height: {HEIGHT}", f"camera_name: cam{i}"]
+            lines += [f"camera_matrix: {ros(k)}", f"distortion_model: {model}"]
+            lines += [f"distortion_coefficients: {ros(d)}", f"rectification_matrix: {ros(np.eye(3))}"]
+            lines += [f"projection_matrix: {ros(np.eye(3, 4))}", f"R: {ros(camera.r)}", f"T: {ros(camera.t)}"]
+            (folder / f"cam{i}.yaml").write_text("\n".join(lines) + "\n")
+        else:
+            values = {"image_size": [WIDTH, HEIGHT], "K": k.tolist() if i == 3 else k.ravel().tolist()}
+            values |= {"dist": d or [0.0] * 5, "tvec": camera.t.tolist()}
+            values |= {"R": camera.r.tolist()} if i == 3 else {"rvec": rotation_vector(camera.q).tolist()}
+            (folder / f"cam{i}.json").write_text(json.dumps(values))
+        cameras.append((i, f"cam{i}", camera, 0.5))
+    return ["opencv", *(next(folder.glob(f"cam{i}.*")) for i in range(5))], cameras
+
+
+def write_panoptic_others(folder, random):
+    """The keys of the studio by the cameras' names, with other words for some of them."""
+    cameras, entries = [], {}
+    for i in range(3):
+        camera = Camera(random, ["", "k1 k2 p1 p2 k3"][i % 2])
+        entry = {"K": intrinsic_matrix(camera).tolist(), "R": camera.r.tolist()}
+        entry |= {"image_size": [WIDTH, HEIGHT]} if i else {"width": WIDTH, "height": HEIGHT}
+        entry |= {"T": camera.t.tolist()} if i else {"t": camera.t[:, None].tolist()}
+        if camera.k:
+            entry["dist"] = list(camera.k.values())
+        entries[f"view{i}"] = entry
+        cameras.append((i, f"view{i}", camera, 0.5))
+    (folder / "cameras.json").write_text(json.dumps(entries))
+    return ["panoptic", folder / "cameras.json"], cameras
+
+
+def write_easymocap(folder, random):
+    cameras, inner, outer = [], {}, {}
+    for i, keys in enumerate(["k1 k2 p1 p2 k3", "", "k1 k2 p1 p2 k3"]):
+        camera = Camera(random, keys)
+        name = f"{i:02}"
+        inner[f"K_{name}"] = intrinsic_matrix(camera)
+        inner[f"dist_{name}"] = np.array([list(camera.k.values()) or [0.0] * 5]).T
+        if i == 2:
+            inner |= {f"H_{name}": HEIGHT, f"W_{name}": float(WIDTH)}
+        if i != 1:  # some writers leave one of them out
+            outer[f"R_{name}"] = rotation_vector(camera.q)[:, None]
+        if i != 0:
+            outer[f"Rot_{name}"] = camera.r
+        outer[f"T_{name}"] = camera.t[:, None]
+        cameras.append((i, name, camera, 0.5))
+    names = "names:\n" + "".join(f'   - "{name}"\n' for _, name, *_ in cameras)
+    for file, values in (("intri.yml", inner), ("extri.yml", outer)):
+        (folder / file).write_text(opencv_yaml(values) + names)
+    return ["easymocap", folder, "--size", f"{WIDTH}x{HEIGHT}"], cameras
+
+
+def write_toml(folder, random):
+    """As aniposelib, Caliscope and Pose2Sim write it; tables out of the order of their names."""
+    cameras, out = [], []
+    for i, keys in enumerate(["k1 k2 p1 p2 k3", "k1 k2 k3 k4", "k1 k2 p1 p2"]):
+        camera = Camera(random, keys, fisheye=i == 1)
+        table = f"[cam_{9 - i}]\nname = 'view {i}'\nsize = [{WIDTH}.0, {HEIGHT}.0]\n"
+        table += f"matrix = {intrinsic_matrix(camera).tolist()}\ndistortions = {list(map(float, camera.k.values()))}\n"
+        table += f"rotation = {rotation_vector(camera.q).tolist()}\ntranslation = {camera.t.tolist()}\n"
+        out.append(table + ("fisheye = true\n" if camera.fisheye else "" if i else "fisheye = false\n"))
+        cameras.append((i, f"view {i}", camera, 0.5))
+    out.append("[metadata]\nadjusted = false\nerror = 0.25\n")
+    (folder / "calibration.toml").write_text("\n".join(out))
+    return ["toml", folder / "calibration.toml"], cameras
+
+
+def write_kalibr(folder, random):
+    """A chain: each camera from the one before; the world is the first camera's."""
+    cameras, out, before = [], [], np.eye(4)
+    for i, keys in enumerate(["k1 k2 p1 p2", "k1 k2 k3 k4", ""]):
+        camera = Camera(random, keys, fisheye=i == 1)
+        to_camera = np.eye(4)
+        if i:
+            to_camera[:3, :3], to_camera[:3, 3] = camera.r, camera.t
+        camera.r, camera.t = to_camera[:3, :3], to_camera[:3, 3]
+        lines = [
+            f"cam{i}:",
+            "  camera_model: pinhole",
+            f"  distortion_model: {['radtan', 'equidistant', 'none'][i]}",
+        ]
+        lines.append(f"  intrinsics: {[*map(float, camera.f), *map(float, camera.c)]}")
+        lines.append(
+            f"  distortion_coeffs: {list(map(float, camera.k.values()))}" if keys else "  rostopic: /left"
+        )
+        lines.append(f"  resolution: [{WIDTH}, {HEIGHT}]")
+        if i:
+            step = to_camera @ np.linalg.inv(before)
+            lines += ["  T_cn_cnm1:", *(f"  - {row}" for row in step.tolist())]
+        out += lines
+        before = to_camera
+        cameras.append((i, f"cam{i}", camera, 0.5))
+    (folder / "camchain.yaml").write_text("\n".join(out) + "\n")
+    return ["kalibr", folder / "camchain.yaml"], cameras
+
+
+class Metashape(Camera):
+    """Metashape's own formula, with b1 and b2; p1 goes with r^2 + 2 x^2."""
+
+    def project(self, points):
+        x, y, z = self.r @ points.T + self.t[:, None]
+        u, v, k = x / z, y / z, {**dict.fromkeys(RANGES, 0.0), **self.k}
+        r = np.hypot(u, v)
+        radial = 1 + k["k1"] * r**2 + k["k2"] * r**4 + k["k3"] * r**6
+        du = u * radial + k["p1"] * (r**2 + 2 * u**2) + 2 * k["p2"] * u * v
+        dv = v * radial + k["p2"] * (r**2 + 2 * v**2) + 2 * k["p1"] * u * v
+        f, b1, b2 = self.f[1], *self.b
+        return np.stack([self.c[0] + du * f + du * b1 + dv * b2, self.c[1] + dv * f], 1)
+
+
+def write_metashape(folder, random):
+    """Two sensors, a group, a camera that is not aligned, and a chunk that is turned, moved and scaled."""
+    turn, move, scale = Camera(random).r, random.uniform(-2, 2, 3), random.uniform(0.5, 2)
+    cameras, sensors, entries = [], [], []
+    for i, keys in enumerate(["k1 k2 k3 p1 p2", ""]):
+        camera = Metashape(random, keys, focal_lengths=1)
+        camera.b = random.uniform(-3, 3, 2) if keys else np.zeros(2)
+        numbers = {"f": camera.f[1], "cx": camera.c[0] - WIDTH / 2, "cy": camera.c[1] - HEIGHT / 2}
+        numbers |= camera.k | ({"b1": camera.b[0], "b2": camera.b[1]} if keys else {})
+        size = f'<resolution width="{WIDTH}" height="{HEIGHT}"/>'
+        lens = "".join(f"<{key}>{float(value)!r}</{key}>" for key, value in numbers.items())
+        sensors.append(
+            f'<sensor id="{i}" label="unknown" type="frame">{size}<calibration type="frame" class="initial">{size}'
+            f'<f>1000</f></calibration><calibration type="frame" class="adjusted">{size}{lens}</calibration></sensor>'
+        )
+        # World to camera is R, t; in the chunk the centre is S^-1 of that in the world.
+        pose = np.eye(4)
+        pose[:3, :3] = turn.T @ camera.r.T
+        pose[:3, 3] = turn.T @ (camera.centre() - move) / scale
+        entries.append(
+            f'<camera id="{7 + i}" sensor_id="{i}" label="shot{i}"><transform>{text(pose)}</transform></camera>'
+        )
+        cameras.append((i, f"shot{i}", camera, 0))
+    chunk = f"<sensors>{''.join(sensors)}</sensors><cameras><group id='0'>{entries[0]}</group>{entries[1]}</cameras>"
+    chunk += f"<transform><rotation>{text(turn)}</rotation><translation>{text(move)}</translation>"
+    chunk += f"<scale>{float(scale)!r}</scale></transform>"
+    path = folder / "cameras.xml"
+    path.write_text(f'<?xml version="1.0"?><document version="1.5.0"><chunk>{chunk}</chunk></document>\n')
+    return ["metashape", path], cameras
+
+
 WRITERS = {
+    "easymocap": write_easymocap,
+    "kalibr": write_kalibr,
+    "metashape": write_metashape,
+    "opencv_others": write_opencv_others,
+    "panoptic_others": write_panoptic_others,
+    "toml": write_toml,
     "colmap": write_colmap,
     "colmap_binary": write_colmap_binary,
     "colmap_rigs": write_colmap_rigs,

@@ -130,8 +130,88 @@ def test_errors_of_files_are_one_line(fvvimport, tmp_path):
     done = fvvimport("opencv", tmp_path / "empty", "-o", "-", "--meshes", "%d.ply")
     assert (
         done.stderr.decode()
-        == f"fvvimport: {tmp_path}/empty: expected files .yml, .yaml or .xml, found none\n"
+        == f"fvvimport: {tmp_path}/empty: expected files .yml, .yaml, .xml or .json, found none\n"
     )
+
+
+ROS = (
+    "image_width: 4\nimage_height: 3\ncamera_matrix: {rows: 3, cols: 3, data: [5, 0, 2, 0, 5, 1, 0, 0, 1]}\n"
+    "distortion_model: plumb_bob\ndistortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n"
+    "rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n"
+)
+LENS = "distortion_model: radtan\n  distortion_coeffs: [0, 0, 0, 0]\n  resolution: [4, 3]\n"
+SENSOR = '<sensor id="0" type="{}"><resolution width="4" height="3"/><calibration class="adjusted"><f>5</f>{}'
+METASHAPE = (
+    "<document><chunk><sensors>" + SENSOR + "</calibration></sensor></sensors>"
+    '<cameras><camera sensor_id="0" label="a"><transform>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</transform></camera>'
+    '<camera sensor_id="0" label="b"/></cameras></chunk></document>'
+)
+
+
+@pytest.mark.parametrize(
+    ("format", "text", "message"),
+    [
+        (
+            "opencv",
+            ROS,
+            ": is a camera_info of ROS, which has no pose: expected rvec or R, and tvec or T, world",
+        ),
+        (
+            "opencv",
+            ROS.replace("plumb_bob", "omni"),
+            ":4: expected plumb_bob, rational_polynomial or equidistant",
+        ),
+        (
+            "opencv",
+            '{"image_size": [4, 3], "K": [[5, 0], [0, 5]]}',
+            ":1: expected 3 x 3 numbers for K, found 2 x 2",
+        ),
+        ("opencv", '{"image_size": [4, 3], "K": [[5, 0], [0]]}', ":1: expected rows of one length in K"),
+        ("kalibr", "cam0:\n  camera_model: omni\n", ":2: expected pinhole for camera_model, found"),
+        ("kalibr", "cam1:\n  camera_model: pinhole\n", ":2: expected cam0, found"),
+        (
+            "kalibr",
+            f"cam0:\n  camera_model: pinhole\n  intrinsics: [5, 5, 2, 1]\n  {LENS}"
+            f"cam1:\n  camera_model: pinhole\n  intrinsics: [5, 5, 2, 1]\n  {LENS}",
+            ":8: expected the key T_cn_cnm1 in cam1, found none",
+        ),
+        ("toml", "[cam_0]\nsize = [4, 3]\n", ":1: expected the key matrix in cam_0, found none"),
+        ("toml", "[cam_0\n", ":1: expected TOML, found: "),
+        ("toml", "[metadata]\nerror = 1\n", ": expected at least one camera, found none"),
+        ("metashape", METASHAPE.format("fisheye", ""), ":1: expected a sensor of the type frame, found"),
+        (
+            "metashape",
+            METASHAPE.format("frame", "<k4>0.1</k4>"),
+            ":1: expected 0 for k4, which fvv does not have",
+        ),
+        ("panoptic", "[]", ": expected at least one camera, found none"),
+        ("panoptic", '{"a": {"K": 1}}', ': /a: expected key "resolution", found none'),
+    ],
+)
+def test_what_other_programs_write_and_fvv_cannot_hold(fvvimport, tmp_path, format, text, message):
+    path = tmp_path / "file"
+    path.write_text(text)
+    done = fvvimport(format, path, "-o", tmp_path / "out.json", "--meshes", "%d.ply")
+    assert (done.returncode, done.stdout) == (1, b"")
+    assert done.stderr.decode().startswith(f"fvvimport: {path}{message}"), done.stderr.decode()
+    assert not (tmp_path / "out.json").exists()
+
+
+def test_cameras_that_are_not_aligned_are_counted(fvvimport, tmp_path):
+    path = tmp_path / "cameras.xml"
+    path.write_text(METASHAPE.format("frame", ""))
+    done = fvvimport("metashape", path, "-o", tmp_path / "out.json", "--pictures", "{name}.png")
+    warning = f"fvvimport: warning: {path}: 1 of 2 cameras are not aligned and left out\n"
+    assert (done.returncode, done.stderr.decode()) == (3, warning)
+    assert [one["name"] for one in json.loads((tmp_path / "out.json").read_text())["cameras"]] == ["a"]
+
+
+def test_easymocap_without_sizes_needs_them(fvvimport, tmp_path):
+    import_formats.write_easymocap(tmp_path, np.random.default_rng(0))
+    done = fvvimport("easymocap", tmp_path, "-o", "-", "--pictures", "{name}.png")
+    assert done.returncode == 1
+    wanted = f"fvvimport: {tmp_path}/intri.yml: has no W_00 and H_00: pass the size of the pictures\n"
+    assert done.stderr.decode() == wanted
 
 
 @pytest.mark.parametrize(
@@ -185,7 +265,7 @@ def test_errors_of_files_are_one_line(fvvimport, tmp_path):
         ),
         (
             ["-o", "-", "--meshes", "m.ply", "--size", "1x1"],
-            "--size: expected for middlebury and krt only, the other formats say how large pictures are",
+            "--size: expected for middlebury, krt, easymocap only, the other formats say how large pictures are",
         ),
     ],
 )

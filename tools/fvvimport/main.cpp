@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "cli/help.h"
 #include "cli/output.h"
+#include "fvv_scene/import.h"
 #include "fvv_scene/inputs.h"
 #include "fvvimport/options.h"
 #include "fvvimport/sheet.h"
@@ -31,21 +32,22 @@ struct Arguments {
   throw Error(what, Error::usage);
 }
 
-// Of a format with files for each camera: these, or those of a folder.
+// Of a format with a file for each camera: these, or those of a folder.
 std::vector<std::string> files_of(const std::vector<std::string> &inputs,
-                                  const std::vector<std::string> &extensions) {
+                                  const std::vector<const char *> &extensions) {
   std::error_code error;
   if (inputs.size() != 1 || !std::filesystem::is_directory(inputs[0], error)) return inputs;
   std::vector<std::string> files;
   std::filesystem::directory_iterator entry(inputs[0], error), end;
   for (; !error && entry != end; entry.increment(error))
-    if (std::find(extensions.begin(), extensions.end(), entry->path().extension()) != extensions.end())
+    if (entry->path().filename() != "capture.json" && // of fvv, perhaps that of the run before
+        std::find(extensions.begin(), extensions.end(), entry->path().extension()) != extensions.end())
       files.push_back(entry->path().string());
   if (error) throw Error(inputs[0] + ": cannot read the folder: " + error.message());
   if (files.empty()) {
     std::string names;
     for (size_t i = 0; i < extensions.size(); i++)
-      names += (!i ? "" : i + 1 < extensions.size() ? ", " : " or ") + extensions[i];
+      names += std::string(!i ? "" : i + 1 < extensions.size() ? ", " : " or ") + extensions[i];
     throw Error(inputs[0] + ": expected files " + names + ", found none");
   }
   std::sort(files.begin(), files.end());
@@ -54,9 +56,11 @@ std::vector<std::string> files_of(const std::vector<std::string> &inputs,
 
 // The files of a calibration.
 std::vector<std::string> calibration_files(const Arguments &arguments) {
-  if (arguments.format == "opencv") return files_of(arguments.inputs, {".yml", ".yaml", ".xml"});
-  if (arguments.format == "krt") return files_of(arguments.inputs, {".txt", ".krt"});
+  const import::Format &format = *import::find_format(arguments.format);
+  if (!format.extensions.empty()) return files_of(arguments.inputs, format.extensions);
   if (arguments.format == "colmap") return import::colmap_files(arguments.inputs[0]);
+  if (arguments.format == "easymocap")
+    return {arguments.inputs[0] + "/intri.yml", arguments.inputs[0] + "/extri.yml"};
   return arguments.inputs;
 }
 
@@ -67,24 +71,29 @@ std::vector<std::string> files_read(const Arguments &arguments) {
   return files;
 }
 
-fvv::import::Calibration read(const Arguments &arguments) {
-  const std::string &format = arguments.format;
-  const bool lacks_size = format == "middlebury" || format == "krt";
-  if (!arguments.size.empty() && !lacks_size)
-    misuse("--size: expected for middlebury and krt only, the other formats say how large pictures are");
-  if (lacks_size && arguments.size.empty())
-    misuse("--size: expected WIDTHxHEIGHT of the pictures, which " + format + " does not say");
-  const fvvimport::Size size = lacks_size ? fvvimport::parse_size(arguments.size) : fvvimport::Size{0, 0};
-  if (format == "opencv") return import::read_opencv(calibration_files(arguments));
-  if (format == "krt") return import::read_krt(calibration_files(arguments), size.width, size.height);
-  if (arguments.inputs.size() != 1)
-    misuse("INPUT: expected one for " + format + ", found " + std::to_string(arguments.inputs.size()));
-  const std::string &input = arguments.inputs[0];
-  if (format == "colmap") return import::read_colmap(input);
-  if (format == "nerfstudio") return import::read_nerfstudio(input);
-  if (format == "panoptic") return import::read_panoptic(input);
-  if (format == "qualisys") return import::read_qualisys(input);
-  return import::read_middlebury(input, size.width, size.height);
+// Names of formats, as the help and messages list them: all, or those that take the size of pictures.
+std::string names_of_formats(const char *between, bool with_size_alone) {
+  std::string names;
+  for (const import::Format &format : import::formats())
+    if (!with_size_alone || format.size != import::Format::Size::stated)
+      names += (names.empty() ? "" : between) + std::string(format.name);
+  return names;
+}
+
+import::Calibration read(const Arguments &arguments){using Size = import::Format::Size;
+const import::Format &format = *import::find_format(arguments.format);
+if (!arguments.size.empty() && format.size == Size::stated)
+  misuse("--size: expected for " + names_of_formats(", ", true) +
+         " only, the other formats say how large pictures are");
+if (arguments.size.empty() && format.size == Size::given)
+  misuse("--size: expected WIDTHxHEIGHT of the pictures, which " + arguments.format + " does not say");
+const fvvimport::Size size =
+    arguments.size.empty() ? fvvimport::Size{0, 0} : fvvimport::parse_size(arguments.size);
+if (format.extensions.empty() && arguments.inputs.size() != 1)
+  misuse("INPUT: expected one for " + arguments.format + ", found " +
+         std::to_string(arguments.inputs.size()));
+return import::read(format, format.extensions.empty() ? arguments.inputs : calibration_files(arguments),
+                    size.width, size.height);
 } // namespace
 
 // The format's own unit unless the user names another.
@@ -155,7 +164,10 @@ cli::Exit work(const Arguments &arguments) {
     std::printf("%s\n", fvvimport::json_summary(result).c_str());
   else if (arguments.output != "-")
     std::fputs(fvvimport::text_summary(result).c_str(), stdout);
-  return result.diagnosis && result.diagnosis->suspected ? cli::loss : cli::done;
+  for (const std::string &note : calibration.notes)
+    std::fprintf(stderr, "fvvimport: warning: %s: %s\n", arguments.inputs[0].c_str(), note.c_str());
+  const bool suspected = result.diagnosis && result.diagnosis->suspected;
+  return suspected || !calibration.notes.empty() ? cli::loss : cli::done;
 }
 
 // PATH of capture.json: what its cameras see, as a picture.
@@ -186,18 +198,17 @@ int main(int argc, char **argv) {
   CLI::App app("Reads a calibration of another program and writes its cameras as a capture.json.");
   Arguments a;
   a.sheet.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  std::vector<std::string> names = {"capture"};
+  for (const import::Format &format : import::formats()) names.push_back(format.name);
   app.add_option("FORMAT", a.format,
-                 "colmap, opencv, nerfstudio, qualisys, middlebury, krt, panoptic, or capture: a "
-                 "capture.json to look "
-                 "at (--sheet)")
+                 names_of_formats(", ", false) + ", or capture: a capture.json to look at (--sheet)")
       ->required()
-      ->check(CLI::IsMember(
-                  {"colmap", "opencv", "nerfstudio", "qualisys", "middlebury", "krt", "panoptic", "capture"})
-                  .description(""))
-      ->type_name("colmap|opencv|nerfstudio|qualisys|middlebury|krt|panoptic|capture");
+      ->check(CLI::IsMember(names).description(""))
+      ->type_name(names_of_formats("|", false) + "|capture");
   app.add_option("INPUT", a.inputs,
-                 "colmap: folder of a model, binary or text, or of a project; opencv, krt: a file for each "
-                 "camera, or their folder; capture: capture.json or its folder; others: a file")
+                 "colmap: folder of a model, binary or text, or of a project; easymocap: folder of intri.yml "
+                 "and extri.yml; opencv, krt: a file for each camera, or their folder; capture: capture.json "
+                 "or its folder; others: a file")
       ->required()
       ->type_name("FILE");
   app.add_option("-o,--output", a.output, "capture.json to write")->type_name("FILE.json");
@@ -216,14 +227,14 @@ int main(int argc, char **argv) {
   app.add_option(
          "--units", a.units,
          "of the calibration: metres, centimetres, millimetres, inches, feet, metres per unit as a number, "
-         "or unknown (default, but qualisys: millimetres, panoptic: centimetres); cameras are written in "
-         "metres")
+         "or unknown (default, but qualisys: millimetres, panoptic: centimetres, kalibr and scaled "
+         "metashape: metres); cameras are written in metres")
       ->type_name("UNIT");
   app.add_option("--up", a.up, "world axis that points up: +x, -x, +y, -y, +z, -z; default unknown")
       ->type_name("AXIS");
   app.add_option("--frame-rate", a.rate, "frames per second; default 25")->type_name("N[/D]");
   app.add_option("--frames", a.frames, "first and last frame number, like 0-49; default 0")->type_name("A-B");
-  app.add_option("--size", a.size, "width and height of the pictures, for middlebury and krt")
+  app.add_option("--size", a.size, "width and height of the pictures, for middlebury, krt and easymocap")
       ->type_name("WxH");
   app.add_option("--check", a.points, "lines X Y Z CAMERA_ID U V: tell how well the cameras explain them")
       ->type_name("FILE");

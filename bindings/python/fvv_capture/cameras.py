@@ -7,6 +7,7 @@ import json
 import math
 import os
 import pathlib
+import re
 from collections.abc import Sequence
 from typing import Any, Union
 
@@ -14,11 +15,25 @@ from fvv import Camera, recordings
 from fvv.errors import Error, UsageError
 
 #: Names of formats, as `fvvimport` has them, and "fvv" for a capture.json and for what `fvvcapture calibrate` writes.
-FORMATS = "fvv", "colmap", "krt", "middlebury", "nerfstudio", "opencv", "panoptic", "qualisys"
+FORMATS = (
+    "fvv",
+    "colmap",
+    "easymocap",
+    "kalibr",
+    "krt",
+    "metashape",
+    "middlebury",
+    "nerfstudio",
+    "opencv",
+    "panoptic",
+    "qualisys",
+    "toml",
+)
 UNITS = {"metres": 1.0, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "feet": 0.3048}
 #: Of formats with a file for each camera, those that are taken from a folder.
-_FILES = {"opencv": (".yml", ".yaml", ".xml"), "krt": (".txt", ".krt")}
+_FILES = {"opencv": (".yml", ".yaml", ".xml", ".json"), "krt": (".txt", ".krt")}
 _LACKING_SIZE = "middlebury", "krt"
+_TAKING_SIZE = *_LACKING_SIZE, "easymocap"
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -49,6 +64,8 @@ def recognise(path: PathLike) -> str:
             return "colmap"
         if (place / "transforms.json").exists():
             return "nerfstudio"
+        if (place / "intri.yml").exists() and (place / "extri.yml").exists():
+            return "easymocap"
         if any(file.suffix in _FILES["opencv"] for file in place.iterdir()):
             return "opencv"
         raise Error(
@@ -73,6 +90,14 @@ def recognise(path: PathLike) -> str:
         cameras = document.get("cameras")
         if isinstance(cameras, list) and cameras and "resolution" in cameras[0]:
             return "panoptic"
+        if "camera_matrix" in document or "opencv-matrix" in start:
+            return "opencv"
+    elif "T_cn_cnm1" in start or re.search(r"^cam0:", start, re.M):
+        return "kalibr"
+    elif place.suffix == ".toml" or re.search(r"^\[cam[\w.]*\]", start, re.M):
+        return "toml"
+    elif start.startswith("<") and "<document" in start and "<chunk" in start:
+        return "metashape"
     elif "<opencv_storage" in start[:4096] or start.startswith("%YAML"):
         return "opencv"
     elif start.startswith("<") and "<calibration" in start:
@@ -99,7 +124,11 @@ def _is_colmap(folder: pathlib.Path) -> bool:
 def _files(path: pathlib.Path, format: str) -> list[str]:
     """What the reader of a format takes."""
     if format in _FILES and path.is_dir():
-        files = sorted(str(file) for file in path.iterdir() if file.suffix in _FILES[format])
+        files = sorted(
+            str(file)
+            for file in path.iterdir()
+            if file.suffix in _FILES[format] and file.name != "capture.json"
+        )
         if not files:
             raise Error(
                 f"{path}: expected files {' or '.join(_FILES[format])} in the folder, found none",
@@ -149,7 +178,7 @@ def read_calibration(
 
     path: a file or a folder, as `recognise` has it; of opencv and krt also a list of files, one for each camera. format: one of
     `FORMATS`, None: recognised. units: one of `UNITS`, "unknown", or metres per unit; None: the format's own, or unknown
-    when it has none. size: width and height in pixels of the pictures of middlebury and krt, whose files do not have it.
+    when it has none. size: width and height in pixels of the pictures of middlebury, krt and easymocap, whose files do not have it.
 
     `UsageError` for a wrong argument; `Error` that names file and line for a file that is not of the format, or has a lens
     that fvv cannot hold."""
@@ -165,15 +194,17 @@ def read_calibration(
         raise UsageError(f"path: expected one for {format}, found {len(paths)}")
     if format in _LACKING_SIZE and size is None:
         raise UsageError(f"size: expected width and height of the pictures, which {format} does not have")
-    if format not in _LACKING_SIZE and size is not None:
-        raise UsageError(f"size: expected for middlebury and krt only, {format} has the size of pictures")
+    if format not in _TAKING_SIZE and size is not None:
+        raise UsageError(
+            f"size: expected for {', '.join(_TAKING_SIZE)} only, {format} has the size of pictures"
+        )
     metres = _metres(units) if units is not None else None
     if format == "fvv":
         if units is not None:
             raise UsageError(f"units: expected for other formats only, {paths[0]} has its own")
         return _read_fvv(paths[0])
     files = [file for one in paths for file in _files(one, format)]
-    cameras, own_metres = recordings.read_calibration(format, files, size or (1, 1))
+    cameras, own_metres = recordings.read_calibration(format, files, size or (0, 0))
     if units is None:
         metres = own_metres or None
     if metres is not None and metres != 1:

@@ -175,6 +175,13 @@ JsonValue JsonValue::at(const char *key) const {
   return *child;
 }
 
+std::vector<std::string> JsonValue::keys() const {
+  expect(value->is_object(), "an object");
+  std::vector<std::string> out;
+  for (const auto &[key, _] : value->items()) out.push_back(key);
+  return out;
+}
+
 size_t JsonValue::size() const {
   expect(value->is_array(), "an array");
   return value->size();

@@ -26,7 +26,8 @@ struct Folder {
     (void)rmdir(path.c_str());
   }
   void clear() const {
-    for (const char *name : {"cameras.txt", "images.txt", "cameras.bin", "images.bin", "file"})
+    for (const char *name :
+         {"cameras.txt", "images.txt", "cameras.bin", "images.bin", "intri.yml", "extri.yml", "file"})
       (void)unlink((path + "/" + name).c_str());
   }
   std::string write(const char *name, const fuzz::Bytes &bytes) const {
@@ -65,7 +66,7 @@ FVV_FUZZ_TARGET(capture, fuzz::Form::bytes) {
 
 FVV_FUZZ_TARGET(calibrations, fuzz::Form::bytes) {
   fuzz::Input input(data, size);
-  const uint32_t kind = input.below(9);
+  const uint32_t kind = input.below(13);
   folder().clear();
   fvv::import::Calibration found;
   try {
@@ -99,6 +100,21 @@ FVV_FUZZ_TARGET(calibrations, fuzz::Form::bytes) {
       break;
     case 8:
       found = fvv::import::read_panoptic(folder().write("file", input.rest()));
+      break;
+    case 9: {
+      folder().write("intri.yml", input.part());
+      folder().write("extri.yml", input.rest());
+      found = fvv::import::read_easymocap(folder().path, 640, 480);
+      break;
+    }
+    case 10:
+      found = fvv::import::read_toml(folder().write("file", input.rest()));
+      break;
+    case 11:
+      found = fvv::import::read_kalibr(folder().write("file", input.rest()));
+      break;
+    case 12:
+      found = fvv::import::read_metashape(folder().write("file", input.rest()));
       break;
     default: {
       fvv::scene::Camera camera;

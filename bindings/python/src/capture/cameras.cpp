@@ -17,13 +17,7 @@ py::tuple read_calibration(const std::string &format, const std::vector<std::str
                            const std::pair<uint32_t, uint32_t> &size) {
   const import::Calibration read = [&] {
     const py::gil_scoped_release release;
-    if (format == "colmap") return import::read_colmap(paths[0]);
-    if (format == "nerfstudio") return import::read_nerfstudio(paths[0]);
-    if (format == "qualisys") return import::read_qualisys(paths[0]);
-    if (format == "panoptic") return import::read_panoptic(paths[0]);
-    if (format == "middlebury") return import::read_middlebury(paths[0], size.first, size.second);
-    if (format == "krt") return import::read_krt(paths, size.first, size.second);
-    return import::read_opencv(paths);
+    return import::read(*import::find_format(format), paths, size.first, size.second);
   }();
   py::list cameras;
   for (const scene::Camera &camera : read.cameras)

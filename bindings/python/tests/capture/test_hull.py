@@ -297,6 +297,24 @@ def test_calibrations(clip, tmp_path):
         read_calibration(opencv)
 
 
+@pytest.mark.parametrize(
+    "name", ["easymocap", "kalibr", "metashape", "opencv_others", "panoptic_others", "toml"]
+)
+def test_formats_are_recognised(name, tmp_path):
+    sys.path.append(str(ROOT / "tests/tools"))
+    import import_formats
+
+    (format, path, *_), written = import_formats.WRITERS[name](tmp_path, np.random.default_rng(1))
+    place = tmp_path if format == "opencv" else path
+    if format != "panoptic":  # a list of cameras may be of many programs
+        assert recognise(place) == format
+    size = (import_formats.WIDTH, import_formats.HEIGHT) if format == "easymocap" else None
+    read = read_calibration(place, format=format, size=size).cameras
+    assert [camera.name for camera in read] == [name for _, name, *_ in written]
+    for camera, (_, _, one, _) in zip(read, written):
+        assert np.allclose(camera.centre, one.centre())
+
+
 def test_wrong_calibrations(clip, tmp_path):
     folder, _, _ = clip
     text = tmp_path / "notes.txt"
@@ -313,5 +331,5 @@ def test_wrong_calibrations(clip, tmp_path):
         read_calibration(folder, units="leagues")
     with pytest.raises(fvv.UsageError, match="size: expected width and height"):
         read_calibration(text, format="middlebury")
-    with pytest.raises(fvv.UsageError, match="size: expected for middlebury and krt only"):
+    with pytest.raises(fvv.UsageError, match="size: expected for middlebury, krt, easymocap only"):
         read_calibration(folder, size=(640, 480))

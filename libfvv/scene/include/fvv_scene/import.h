@@ -14,7 +14,8 @@ namespace fvv::import {
 // validated, ids unique; at least one. Lengths are units of the file.
 struct Calibration {
   std::vector<scene::Camera> cameras;
-  double metres_per_unit = 0; // 0: not in the format
+  double metres_per_unit = 0;     // 0: not in the format
+  std::vector<std::string> notes; // warnings, without the path
   // Of colmap and nerfstudio, for each camera its picture as the file names it: relative to the folder of
   // pictures, or to that of the file. Else empty.
   std::vector<std::string> pictures;
@@ -36,8 +37,8 @@ std::optional<std::string> find_colmap(const std::string &folder);
 // The two files that read_colmap reads.
 std::vector<std::string> colmap_files(const std::string &folder);
 
-// cv::FileStorage, a camera in each file, YAML or XML by its first characters; ids by position, named after
-// the file.
+// cv::FileStorage, a camera in each file, YAML, XML or JSON by its first characters; ids by position, named
+// after the file. Also camera_info of ROS with a pose beside it, and plain lists.
 Calibration read_opencv(const std::vector<std::string> &files);
 
 // transforms.json of nerfstudio or instant-ngp; ids by position, named after file_path. Where it has no size
@@ -50,8 +51,23 @@ std::string nerfstudio_picture(const std::string &folder, const std::string &fil
 // A file has one camera, named after the file, or several, each with its name before it; ids by position.
 Calibration read_krt(const std::vector<std::string> &files, uint32_t width, uint32_t height);
 
-// JSON of the CMU Panoptic Studio; ids by position, named as in the file. In centimetres.
+// JSON of the CMU Panoptic Studio; ids by position, named as in the file. In centimetres. Without its
+// "cameras": a list of cameras, or an object of cameras by name, in lengths of unknown unit.
 Calibration read_panoptic(const std::string &file);
+
+// The folder with intri.yml and extri.yml of EasyMocap; ids by position in "names". width, height: of files
+// that do not say; 0: an error then.
+Calibration read_easymocap(const std::string &folder, uint32_t width, uint32_t height);
+
+// calibration.toml of Anipose, FreeMoCap, Caliscope and Pose2Sim; ids by position.
+Calibration read_toml(const std::string &file);
+
+// camchain.yaml of Kalibr; ids by position, the world is the first camera's. In metres.
+Calibration read_kalibr(const std::string &file);
+
+// cameras.xml of Agisoft Metashape; ids by position among the aligned cameras, named after the label. In
+// metres if the chunk has a scale.
+Calibration read_metashape(const std::string &file);
 
 // Calibration exported by Qualisys Track Manager (XML, often *.qca.txt); ids by position among the active
 // cameras, named after the serial number.
@@ -60,6 +76,20 @@ Calibration read_qualisys(const std::string &file);
 // *_par.txt of the Middlebury multi-view data sets, whose pictures are all width by height (the file does not
 // say); ids by position, named after the picture.
 Calibration read_middlebury(const std::string &file, uint32_t width, uint32_t height);
+
+// What a format takes. extensions: of files, one for each camera, which a folder may hold; none: the format
+// takes one file, or one folder.
+struct Format {
+  enum class Size { stated, given, either }; // of pictures: in the file, by the caller, by either
+  const char *name;
+  std::vector<const char *> extensions;
+  Size size;
+};
+const std::vector<Format> &formats();
+const Format *find_format(const std::string &name); // null: there is none of that name
+// files: at least one. width, height: of pictures, for formats that do not state it; else 0.
+Calibration read(const Format &format, const std::vector<std::string> &files, uint32_t width,
+                 uint32_t height);
 
 // world: in the units of the cameras. pixel: by fvv's count, the centre of the top left pixel at (0.5, 0.5).
 struct Observation {

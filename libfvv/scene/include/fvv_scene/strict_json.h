@@ -7,6 +7,8 @@
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace fvv::scene {
 
@@ -31,6 +33,8 @@ public:
   size_t size() const; // of an array
   JsonValue item(size_t index) const;
   JsonValue items(size_t count, size_t index) const; // the same of an array that must have count items
+
+  std::vector<std::string> keys() const; // of an object, sorted
 
   bool is_text() const { return value->is_string(); }
   bool is_object() const { return value->is_object(); }
