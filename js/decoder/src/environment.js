@@ -1,8 +1,7 @@
 // The static environment and the lights (clause 18), decoded from the payload of a BACK chunk by a module of its own.
 
 import { FvvError } from "./errors.js";
-import { localOriginOf } from "./local_origin.js";
-import { readEnvironmentList, readDiagnostic, readPart } from "./wasm_structs.js";
+import { localOriginOf, readEnvironmentList, readDiagnostic, readPart } from "./wasm_structs.js";
 import { createEnvironment } from "./wasm.js";
 
 /** payload: {track, data}. module(): the compiled module. */

@@ -1,8 +1,6 @@
 // Reads structs of libfvv and of wasm/wasm_structs.h from a module's memory. Everything is copied: results stay valid when the
 // memory grows or is overwritten.
 
-import { localOriginOf, localPositionsOf } from "./local_origin.js";
-
 // The size of each struct, and the type and offset of each field, with the number of elements or what a list holds.
 // begin of generated tables (wasm/generate_wasm_structs.mjs)
 const layouts = {
@@ -471,6 +469,38 @@ const readers = {
     return { ...light, type: lightTypes[type], castsShadows: (flags & 1) !== 0 };
   },
 };
+
+/** Steps of the lattice: local positions count from a place near the scene, as 32 bits hold those of maps to decimetres only. */
+const UNIT = 2 ** 20;
+
+/**
+ * The lattice's origin in whole multiples of 2^20 steps, as libfvv's tools have it: floats hold indices beside them to a
+ * fraction of a step, and scenes whose lattices begin near 0 stay where they are.
+ */
+export function localOriginOf({ origin, step }) {
+  const unit = step * UNIT;
+  return origin.map((x) => {
+    const multiple = Math.sign(x) * Math.round(Math.abs(x) / unit) * unit;
+    return Number.isFinite(multiple) ? multiple + 0 : 0; // never -0
+  });
+}
+
+/**
+ * positions, of a mesh whose indices on the lattice are given, relative to origin; the same array if origin is 0, where there
+ * is no difference. Differences are formed in doubles and rounded once.
+ */
+export function localPositionsOf({ positions, lattice: indices }, lattice, origin) {
+  if (!positions || origin.every((x) => x === 0)) return positions;
+  const { step } = lattice;
+  const [x, y, z] = lattice.origin.map((value, k) => value - origin[k]);
+  const local = new Float32Array(indices.length);
+  for (let i = 0; i < indices.length; i += 3) {
+    local[i] = x + step * indices[i];
+    local[i + 1] = y + step * indices[i + 1];
+    local[i + 2] = z + step * indices[i + 2];
+  }
+  return local;
+}
 
 const latticeOf = ({ latticeOrigin, latticeStep }) => ({ origin: latticeOrigin, step: latticeStep });
 

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
-import { localOriginOf, localPositionsOf } from "../dist/local_origin.js";
+import { localOriginOf, localPositionsOf } from "../dist/wasm_structs.js";
 import { moveCapture } from "../../testing/moved_capture.mjs";
 import { tool } from "../../testing/served.mjs";
 
