@@ -341,25 +341,14 @@ def view():
 
 
 def look():
-    """Viewers who walk and who jump in eight seconds of 12 cameras with a track of video each, in groups of half a second."""
+    """Viewers who walk and who jump in four seconds of 12 cameras with a track of video each, in groups of half a second."""
     folder, path = WORK / "look", WORK / "look.fvv"
     if not (folder / "capture.json").exists():
-        tool(
-            "fvvsynth",
-            "-o",
-            folder,
-            "--rig",
-            "small",
-            "--cameras",
-            12,
-            "--size",
-            "320x180",
-            "--frames",
-            200,
-            "--force",
-        )
+        rig = ["--rig", "small", "--cameras", 12, "--size", "240x135", "--frames", 100]
+        tool("fvvsynth", "-o", folder, *rig, "--force")
     if not path.exists():
-        tool("fvvmux", folder, "-o", path, "--video-tracks", "camera", "--group", 12, "--force")
+        parts = ["--video-tracks", "camera", "--group", 12, "--triangles", 8000]
+        tool("fvvmux", folder, "-o", path, *parts, "--force")
     return browser_decoder.look(path)
 
 
