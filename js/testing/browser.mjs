@@ -41,7 +41,11 @@ const kinds = {
   },
 };
 /** Hints for developers, and Firefox's messages about drivers. */
-const harmless = [/WebGL warning: .*(performance|drivers?)/i, /WEBGL_debug_renderer_info is deprecated/];
+const harmless = [
+  /WebGL warning: .*(performance|drivers?)/i,
+  /GL Driver Message \(OpenGL, Performance/,
+  /WEBGL_debug_renderer_info is deprecated/,
+];
 
 const absent = (program, parameter) => spawnSync(program, [parameter]).error !== undefined;
 
@@ -120,6 +124,8 @@ export async function openBrowser(name = "chromium", { sound = false } = {}) {
   });
   const newPage = async (url, width = 960, height = 600) => {
     const page = await browser.newPage();
+    // A busy machine takes longer than puppeteer's half minute.
+    page.setDefaultNavigationTimeout(120000);
     page.on("console", (message) => {
       if (!["error", "warn"].includes(message.type())) return;
       if (!harmless.some((pattern) => pattern.test(message.text()))) troubles.push(message.text());

@@ -8,6 +8,7 @@ import { shownScale } from "./view.js";
 import { Sound } from "./playback/sound.js";
 import { ViewpointTracks } from "./playback/viewpoint_tracks.js";
 import { Stage } from "./stage.js";
+import { Surroundings } from "./surroundings.js";
 import { Interface } from "./ui/interface.js";
 import { styleSheets } from "./ui/style.js";
 import { element } from "./ui/widgets.js";
@@ -17,6 +18,8 @@ import { Immersive } from "./xr/entry.js";
 /** Frames that are decoded ahead. The renderer keeps one picture, shows one, and one is in the queue: four are open. */
 const QUEUE = 1;
 const TOUCH_ACTIONS = ["pan-y", "pan-x", "none"];
+/** Milliseconds within which an element that was taken out of its document may come back as it was. */
+const ABSENCE = 1000;
 /** Duration in seconds of a change of view by attributes. */
 const JOURNEY = 0.5;
 
@@ -53,6 +56,10 @@ export class FvvPlayer extends ViewpointElement {
   #surface;
   #parts;
   #connected = null; // AbortController of listeners while the element is in a document
+  #surroundings = new Surroundings(this);
+  #leaving = null; // timer while the element is in no document
+  #unavailable = null; // why nothing can be drawn
+  #keptPose = null; // for a new stage
   #loading = false;
   #bookmarks = null;
   #immersive = null;
@@ -69,7 +76,7 @@ export class FvvPlayer extends ViewpointElement {
   constructor() {
     super();
     const root = this.attachShadow({ mode: "open", delegatesFocus: true });
-    root.adoptedStyleSheets = styleSheets();
+    root.adoptedStyleSheets = styleSheets(this.#surroundings.view);
     this.#sound = new Sound({
       motion: () => this.#media.motion,
       listener: () => (this._stage?.empty === false ? this._navigator.pose : null),
@@ -106,75 +113,133 @@ export class FvvPlayer extends ViewpointElement {
   }
 
   connectedCallback() {
-    if (this.#connected) return;
+    clearTimeout(this.#leaving);
+    if (this.#connected) return this.#settleIn();
     this.#connected = new AbortController();
     const { signal } = this.#connected;
     this.#build(signal);
-    const dark = matchMedia("(prefers-color-scheme: dark)");
-    const calm = matchMedia("(prefers-reduced-motion: reduce)");
-    this._navigator.calm = calm.matches;
-    calm.addEventListener("change", () => (this._navigator.calm = calm.matches), { signal });
-    dark.addEventListener("change", () => this.#readColours(), { signal });
-    document.addEventListener("visibilitychange", () => (this.#media.suspended = document.hidden), { signal });
-    document.addEventListener("fullscreenchange", () => this.dispatchEvent(new Event("optionschange")), { signal });
-    this.#media.suspended = document.hidden;
+    this.#listen(signal);
+    this.#settleIn();
     this.#immersive = new Immersive(signal);
     this.#immersive.addEventListener("change", () => {
       if (this.immersive) this.setAttribute("immersive", this.immersive);
       else this.removeAttribute("immersive");
+      this.#attend();
       this.dispatchEvent(new Event("optionschange"));
     });
     this.#bookmarks = new Bookmarks(this, signal);
     this.load();
   }
 
+  /** An element that is moved, also one that is taken out for a moment, keeps its place and view and goes on playing. */
   disconnectedCallback() {
-    // An element that is moved within the document continues to play.
-    queueMicrotask(() => {
-      if (this.isConnected || !this.#connected) return;
-      this.#media.load(null);
-      this.#sound.close();
-      this.#connected.abort();
-      this._stage?.close();
-      this.#connected = this._stage = this.#interface = null;
-      this.#parts.remove();
+    if (!this.#connected) return;
+    queueMicrotask(() => this.#attend());
+    clearTimeout(this.#leaving);
+    this.#leaving = setTimeout(() => this.#leave(), ABSENCE);
+  }
+
+  /** Constructed style sheets are valid in one document. */
+  adoptedCallback() {
+    const { defaultView: view } = this.ownerDocument;
+    if (view) this.shadowRoot.adoptedStyleSheets = styleSheets(view);
+  }
+
+  #leave() {
+    this.#media.load(null);
+    this.#sound.close();
+    this.#connected.abort();
+    this.#surroundings.leave();
+    this._stage?.close();
+    this.#connected = this._stage = this.#interface = null;
+    this.#parts.remove();
+  }
+
+  /** The element is in a document, which may be another one. */
+  #settleIn() {
+    if (this.#surroundings.enter()) {
+      this._stage?.moved();
+      this.#readColours();
+    }
+    this.#attend();
+  }
+  #listen(signal) {
+    const on = (type, listener) => this.#surroundings.addEventListener(type, listener, { signal });
+    on("visible", () => this.#attend());
+    on("density", () => this._stage?.wake());
+    on("colours", () => this.#readColours());
+    on("calm", () => (this._navigator.calm = this.#surroundings.calm));
+    on("fullscreen", () => this.dispatchEvent(new Event("optionschange")));
+    on("resize", () => {
+      this._stage?.wake();
+      if (this.contactSheet.length) this.dispatchEvent(new Event("optionschange"));
     });
+  }
+  /** What cannot be seen is neither decoded nor drawn. */
+  #attend() {
+    if (!this.#connected) return;
+    const visible = this.#surroundings.visible || this.immersive !== null;
+    this.#media.suspended = !visible;
+    if (this._stage) this._stage.visible = visible;
+    this.#sound.update();
   }
 
   #build(signal) {
-    const canvas = element("canvas", { "aria-hidden": "true" });
     const ground = element("div", { class: "ground" });
     const sky = element("div", { class: "sky" });
     const line = element("div", { class: "line" });
-    this.#surface = element(
-      "div",
-      { class: "surface", part: "surface", role: "application", tabIndex: 0, "aria-roledescription": "free viewpoint" },
-      canvas,
-    );
+    this.#surface = element("div", {
+      class: "surface",
+      part: "surface",
+      role: "application",
+      tabIndex: 0,
+      "aria-roledescription": "free viewpoint",
+    });
     this.#poster = element("img", { class: "poster", part: "poster", alt: "", hidden: true });
     this.#parts = element("div", { class: "frame" }, ground, sky, line, this.#surface, this.#poster);
     this.shadowRoot.append(this.#parts);
     this.#updateLabel();
     this.#interface = new Interface(this, this.#parts, this.#surface, this._navigator, signal);
+    this.#pointer = new PointerControls(this.#surface, this._navigator, (event) => this.#click(event), signal);
+    this.#surface.addEventListener("dblclick", () => this.controls && this.toggleFullscreen(), { signal });
+    this.#apply("navigation");
+    this.#makeStage();
+  }
+
+  #makeStage() {
+    const canvas = element("canvas", { "aria-hidden": "true" });
+    this.#surface.replaceChildren(canvas);
+    this.#unavailable = null;
     try {
       this._stage = new Stage(canvas, this.#media, this._navigator);
     } catch (error) {
-      this.#media.fail(error);
+      this.#unavailable = error;
       return;
     }
     this._stage.addEventListener("begin", () => this.#begin());
     this._stage.addEventListener("options", () => this.#lookAround());
     this._stage.addEventListener("drawn", () => this.#interface.keepPreview(canvas));
-    this.#pointer = new PointerControls(this.#surface, this._navigator, (event) => this.#click(event), signal);
-    this.#surface.addEventListener("dblclick", () => this.controls && this.toggleFullscreen(), { signal });
-    const observer = new ResizeObserver(() => {
-      this._stage?.wake();
-      if (this.contactSheet.length) this.dispatchEvent(new Event("optionschange"));
-    });
-    observer.observe(this.#surface);
-    signal.addEventListener("abort", () => observer.disconnect());
-    for (const name of ["view-mode", "pixel-ratio", "navigation"]) this.#apply(name);
+    this._stage.addEventListener("gone", () => this.dispatchEvent(new Event("optionschange")));
+    for (const name of ["view-mode", "pixel-ratio"]) this.#apply(name);
     this.#readColours();
+  }
+
+  /** Whether the browser has taken the WebGL context, and does not give it back. */
+  get contextLost() {
+    return this._stage?.gone ?? false;
+  }
+  /** Draws with another context; place, view and pause stay. */
+  renewContext() {
+    if (!this._stage) return;
+    if (!this._stage.empty) this.#keptPose = this.getPose();
+    this._stage.close();
+    this._stage = null;
+    this.#makeStage();
+    this.#attend();
+    if (!this._stage) return this.#media.fail(this.#unavailable);
+    // The frame on screen is shown once more.
+    if (this.seekable.length) this.currentFrame = this.currentFrame;
+    this.dispatchEvent(new Event("optionschange"));
   }
 
   #updateLabel() {
@@ -230,7 +295,8 @@ export class FvvPlayer extends ViewpointElement {
     this.#media.playbackRate = this.defaultPlaybackRate;
     queueMicrotask(() => {
       this.#loading = false;
-      if (!this._stage) return;
+      if (!this.#connected) return;
+      if (!this._stage) return this.#media.fail(this.#unavailable);
       this._stage.forget();
       this.#showPoster();
       this.#media.load(this._source, { live: this.live, at: this.#bookmarks.place });
@@ -370,6 +436,13 @@ export class FvvPlayer extends ViewpointElement {
 
   #begin() {
     this.#poster.hidden = true;
+    const kept = this.#keptPose;
+    this.#keptPose = null;
+    if (kept) {
+      this.setPose(kept);
+      this._chooseDrawing();
+      return;
+    }
     if (VIEW_ATTRIBUTES.some((name) => this.hasAttribute(name))) this._navigator.goTo(this._firstPose);
     this.#bookmarks.look();
     this._chooseDrawing();
@@ -420,10 +493,10 @@ export class FvvPlayer extends ViewpointElement {
   }
 
   get isFullscreen() {
-    return document.fullscreenElement === this;
+    return this.ownerDocument.fullscreenElement === this;
   }
   toggleFullscreen() {
-    const done = this.isFullscreen ? document.exitFullscreen() : this.requestFullscreen?.();
+    const done = this.isFullscreen ? this.ownerDocument.exitFullscreen() : this.requestFullscreen?.();
     done?.catch(() => this.#interface.notify("Full screen is not allowed here"));
   }
 

@@ -240,6 +240,10 @@ export class FvvPlayer extends HTMLElement {
   readonly canDownload: boolean;
   /** Offers the source to the user as a download. InvalidStateError if it is not a file. */
   download(): void;
+  /** Whether the browser has taken the WebGL context away, and has not given it back for five seconds. */
+  readonly contextLost: boolean;
+  /** Draws with another context; place, view and pause stay. */
+  renewContext(): void;
   readonly isFullscreen: boolean;
   toggleFullscreen(): void;
   readonly stats: Stats;

@@ -3,6 +3,7 @@
 
 import { originOf, pointsOf } from "@fvv/shading";
 
+import { contexts } from "./contexts.js";
 import { Renderer } from "./renderer/index.js";
 import { sheetCells } from "./renderer/sheet.js";
 import { Resolution } from "./resolution.js";
@@ -11,6 +12,11 @@ import { dot, mix } from "./vectors.js";
 
 /** Milliseconds without movement after which the picture is drawn at full resolution. */
 const REST = 180;
+/** Milliseconds without drawing after which another player may take the context, and after which a player asks again. */
+const IDLE = 1000;
+const ASK_AGAIN = 500;
+/** Milliseconds after which a lost context is given up. */
+const LOST = 5000;
 /** The colour of the sky: the background with a part of this blue. */
 const BLUE = [0.46, 0.66, 0.9];
 const BLUENESS = 0.16;
@@ -36,7 +42,14 @@ export class Stage extends EventTarget {
   #navigator;
   #renderer;
   #asked = 0;
+  #asker = null; // the window of the animation frame
   #settle = null;
+  #visible = true;
+  #drawnAt = -Infinity;
+  #still = null; // a canvas with the last picture, while there is no context
+  #waiting = null; // timer of the next attempt to get a context
+  #losing = null; // timer after a loss
+  #gone = false;
   #frame = null; // {cameras} of the frame on screen
   #ground = null;
   #empty = true;
@@ -67,11 +80,86 @@ export class Stage extends EventTarget {
     this.#media = media;
     this.#navigator = navigator;
     this.#renderer = new Renderer(canvas);
-    for (const type of ["lost", "restored"])
-      this.#renderer.addEventListener(type, () => {
-        this.dispatchEvent(new Event(type));
+    this.#renderer.addEventListener("lost", () => this.#lose());
+    this.#renderer.addEventListener("restored", () => this.#restored());
+    if (!contexts.use(this)) this.giveBack();
+  }
+
+  /** The browser has taken the context, and may restore it. */
+  #lose() {
+    contexts.lost(this);
+    clearTimeout(this.#losing);
+    this.#losing = setTimeout(() => this.#giveUp(true), LOST);
+  }
+  #restored() {
+    clearTimeout(this.#losing);
+    this.#giveUp(false);
+    this.wake();
+  }
+  #giveUp(gone) {
+    if (this.#gone === gone) return;
+    this.#gone = gone;
+    if (gone) this.#canvas.classList.add("empty");
+    this.dispatchEvent(new Event("gone"));
+  }
+  /** Whether the context was lost, and the browser does not restore it. */
+  get gone() {
+    return this.#gone;
+  }
+
+  /** Whether the user may see the canvas. Nothing is drawn while not. */
+  get visible() {
+    return this.#visible || this.#immersed;
+  }
+  set visible(visible) {
+    this.#visible = visible;
+    if (visible) this.wake();
+  }
+  /** Whether the context is spare if others need one. */
+  get idle() {
+    return !this.#immersed && performance.now() - this.#drawnAt > IDLE;
+  }
+  /** Gives the context back until there is something to draw. A copy of the picture stays. */
+  giveBack() {
+    if (this.#renderer.released) return;
+    if (this.#drawnAt > 0 && !this.#renderer.lost) this.#keepStill();
+    this.#renderer.release();
+  }
+  #keepStill() {
+    const { width, height, data } = this.#renderer.readPixels();
+    this.#still ??= this.#canvas.cloneNode();
+    Object.assign(this.#still, { width, height });
+    this.#still.getContext("2d").putImageData(new ImageData(data, width, height), 0, 0);
+    this.#canvas.after(this.#still);
+  }
+  #dropStill() {
+    this.#still?.remove();
+    this.#still = null;
+  }
+  /** Returns whether there is a context to draw with. */
+  #takeContext() {
+    clearTimeout(this.#waiting);
+    this.#waiting = null;
+    if (!contexts.use(this)) {
+      this.#waiting = setTimeout(() => {
+        this.#waiting = null;
         this.wake();
-      });
+      }, ASK_AGAIN);
+      return false;
+    }
+    this.#renderer.reclaim();
+    return !this.#renderer.lost;
+  }
+
+  /** The canvas is in another document, whose window draws. */
+  moved() {
+    if (this.#asked === -1) return;
+    this.#asker?.cancelAnimationFrame(this.#asked);
+    this.#asked = 0;
+    this.wake();
+  }
+  get #view() {
+    return this.#canvas.ownerDocument.defaultView ?? globalThis;
   }
 
   get renderer() {
@@ -98,7 +186,7 @@ export class Stage extends EventTarget {
 
   /** Whether a picture is about to be drawn. */
   get busy() {
-    return this.#asked !== 0 || this.#settle !== null;
+    return this.#asked !== 0 || this.#settle !== null || this.#waiting !== null;
   }
 
   /** As Media takes it. */
@@ -151,6 +239,7 @@ export class Stage extends EventTarget {
     this.#frame = null;
     // The canvas shows the former source.
     this.#canvas.classList.add("empty");
+    this.#dropStill();
     this.setEnvironments([]);
   }
 
@@ -161,7 +250,9 @@ export class Stage extends EventTarget {
 
   /** ground, sky, line: elements whose background colours are those of the empty scene, above it, and of the grid. */
   readColours(ground, sky, line) {
-    const [clear, above, grid] = [ground, sky, line].map((node) => readColour(getComputedStyle(node).backgroundColor));
+    const [clear, above, grid] = [ground, sky, line].map((node) =>
+      readColour(this.#view.getComputedStyle(node).backgroundColor),
+    );
     this.#colours = {
       clear: clear ?? [0, 0, 0, 1],
       sky: above ?? [...mix((clear ?? [0, 0, 0]).slice(0, 3), BLUE, BLUENESS), 1],
@@ -176,8 +267,9 @@ export class Stage extends EventTarget {
   }
 
   wake() {
-    if (this.#immersed) return;
-    this.#asked ||= requestAnimationFrame((now) => this.#tick(now));
+    if (this.#immersed || this.#asked) return;
+    this.#asker = this.#view;
+    this.#asked = this.#asker.requestAnimationFrame((now) => this.#tick(now));
   }
 
   #tick(now) {
@@ -194,11 +286,12 @@ export class Stage extends EventTarget {
   /** While it is set, somebody else calls drawEyes for each picture of the screen. */
   set immersed(immersed) {
     if (this.#asked === -1) return;
-    cancelAnimationFrame(this.#asked);
+    this.#asker?.cancelAnimationFrame(this.#asked);
     clearTimeout(this.#settle);
     this.#asked = 0;
     this.#settle = null;
     this.#immersed = immersed;
+    if (immersed) this.#takeContext();
     this.wake();
   }
   /** What a Placement needs of the scene. */
@@ -219,13 +312,19 @@ export class Stage extends EventTarget {
   #draw(moving) {
     clearTimeout(this.#settle);
     this.#settle = null;
+    if (!this.#visible) return;
     const { clientWidth, clientHeight } = this.#canvas;
+    const { devicePixelRatio } = this.#view;
     const finest = this.resolution.ratio(devicePixelRatio, false);
     const ratio = moving ? this.resolution.ratio(devicePixelRatio, true) : finest;
     const width = Math.max(1, Math.round(clientWidth * ratio));
     const height = Math.max(1, Math.round(clientHeight * ratio));
     this.#navigator.aspect = width / height;
+    if (this.#renderer.released && !this.#takeContext()) return;
     if (this.#renderer.draw(this.#navigator.view(width, height), this.#drawing())) {
+      contexts.use(this);
+      this.#drawnAt = performance.now();
+      this.#dropStill();
       this.#canvas.classList.remove("empty");
       // Until the end of this task the canvas can be read.
       this.dispatchEvent(new Event("drawn"));
@@ -270,9 +369,13 @@ export class Stage extends EventTarget {
   }
 
   close() {
-    cancelAnimationFrame(this.#asked);
-    clearTimeout(this.#settle);
+    this.#asker?.cancelAnimationFrame(this.#asked);
+    for (const timer of [this.#settle, this.#waiting, this.#losing]) clearTimeout(timer);
     this.#asked = -1;
+    contexts.leave(this);
+    this.#dropStill();
+    // Otherwise the browser counts it until it collects its garbage.
+    this.#renderer.release();
     this.#renderer.close();
   }
 }

@@ -45,6 +45,13 @@ export interface LayerSizes {
 
 export function loadPicture(video: Video, picture: VideoFrame | ImageBitmap | null): Promise<Picture>;
 export function loadPictures(frame: Frame): Promise<Picture[]>;
+/** A picture that outlives its frame: planes, a clone, or the file of a JPEG picture. */
+export type KeptPicture = Picture | { video: Video; file: Uint8Array | null };
+/** Of pictures of loadPictures, before the frame is closed; closePictures frees them. */
+export function keepPictures(pictures: Picture[], frame: Frame): KeptPicture[];
+/** The same as loadPictures has returned; JPEG files are decoded again. */
+export function loadKept(kept: KeptPicture[]): Promise<Picture[]>;
+export function closePictures(kept: KeptPicture[]): void;
 export function layoutOf(pictures: Picture[]): {
   places: Map<number, { x: number; y: number }>;
   width: number;

@@ -4,7 +4,17 @@ export { partsAt } from "./camera_rule.js";
 export { DepthPlan, depthSizes } from "./depth_plan.js";
 export { copyFragment, planesFragment, replicatedFragment, replicationFragment } from "./glsl/pictures.js";
 export { blending, depthFragment, depthVertex, projection, visibilityWeightsVertex } from "./glsl/surface.js";
-export { Replication, conversionOf, layoutOf, loadPicture, loadPictures, replicationOf } from "./pictures.js";
+export {
+  Replication,
+  closePictures,
+  conversionOf,
+  keepPictures,
+  layoutOf,
+  loadKept,
+  loadPicture,
+  loadPictures,
+  replicationOf,
+} from "./pictures.js";
 export {
   LEVELS,
   MAX_BEST,

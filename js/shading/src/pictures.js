@@ -47,6 +47,31 @@ export async function loadPictures(frame) {
   return (await Promise.all(pictures)).filter(({ picture, planes }) => picture || planes);
 }
 
+/** A picture that outlives its frame, for closePictures. Of a JPEG picture the file is kept. */
+function keepPicture(loaded, frame) {
+  const { video, picture, planes } = loaded;
+  if (planes) return loaded;
+  if (typeof VideoFrame === "function" && picture instanceof VideoFrame) return { video, picture: picture.clone() };
+  const sample = frame.samples?.find(({ track }) => track === video.track);
+  return { video, file: sample?.data ?? null };
+}
+/** Pictures that outlive their frame, until closePictures. */
+export function keepPictures(pictures, frame) {
+  return pictures.map((picture) => keepPicture(picture, frame));
+}
+/** What loadPictures has returned, of kept pictures; files are decoded again. */
+export async function loadKept(kept) {
+  const decode = async ({ video, file }) => {
+    const blob = new Blob([file], { type: "image/jpeg" });
+    return { video, picture: await createImageBitmap(blob, { colorSpaceConversion: "none" }) };
+  };
+  const there = kept.filter(({ picture, planes, file }) => picture || planes || file);
+  return Promise.all(there.map((picture) => (picture.file ? decode(picture) : picture)));
+}
+export function closePictures(kept) {
+  for (const { picture } of kept) picture?.close();
+}
+
 /** Where the picture of each track is, one below the other, in a texture of width x height. */
 export function layoutOf(pictures) {
   const places = new Map();

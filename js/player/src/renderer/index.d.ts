@@ -68,7 +68,10 @@ export interface Counters {
   drawnFrames: number;
 }
 
-/** Events: "lost" and "restored", of the context. The renderer restores its content itself. */
+/**
+ * Events: "lost" and "restored", of the context. The renderer restores its content itself. "lost" is not dispatched after
+ * release().
+ */
 export class Renderer extends EventTarget {
   static readonly limits: Readonly<{ views: number; best: number; lights: number; shadows: number }>;
   /** depthTexels: limit of all depth maps together; a texel has four bytes. Smaller limits make maps coarser. Default 2^26. */
@@ -77,6 +80,10 @@ export class Renderer extends EventTarget {
     options?: { contextAttributes?: WebGLContextAttributes; depthTexels?: number },
   );
   readonly lost: boolean;
+  readonly released: boolean;
+  /** Gives the context back to the browser, which allows few, until reclaim(). The content is kept, the canvas is not. */
+  release(): void;
+  reclaim(): void;
   readonly counters: Counters;
   readonly frame: { number: number; seconds: number; viewCount: number } | null;
   /** The pictures that cells of a sheet can show, also of cameras without calibration. */

@@ -3,7 +3,10 @@
 
 import {
   checkTexturing,
+  closePictures,
+  keepPictures,
   layoutOf,
+  loadKept,
   loadPictures,
   MAX_BEST,
   MAX_VIEWS,
@@ -20,15 +23,6 @@ import { Uploads } from "./resources.js";
 import { MAX_LIGHTS, MAX_SHADOWS } from "./shadows.js";
 import { tilesOf } from "./sheet.js";
 import { MODES } from "./surface.js";
-
-/** A picture that outlives its frame. Of a JPEG picture the file is kept, and decoded again if necessary. */
-function keptPicture(loaded, frame) {
-  const { video, picture, planes } = loaded;
-  if (planes) return loaded;
-  if (typeof VideoFrame === "function" && picture instanceof VideoFrame) return { video, picture: picture.clone() };
-  const sample = frame.samples.find(({ track }) => track === video.track);
-  return { video, file: sample?.data ?? null };
-}
 
 /**
  * The content of a frame that the renderer keeps, also to draw it again after the loss of a context: everything but its
@@ -64,22 +58,11 @@ class Content {
   /** Replaces the frame's pictures by copies that this object owns. */
   keep() {
     this.#kept = true;
-    this.pictures = this.pictures.map((picture) => keptPicture(picture, this.frame));
-  }
-
-  /** The kept pictures; JPEG files are decoded again. */
-  async loadKept() {
-    const decode = async ({ video, file }) => {
-      const blob = new Blob([file], { type: "image/jpeg" });
-      return { video, picture: await createImageBitmap(blob, { colorSpaceConversion: "none" }) };
-    };
-    const there = this.pictures.filter(({ picture, planes, file }) => picture || planes || file);
-    return Promise.all(there.map((picture) => (picture.file ? decode(picture) : picture)));
+    this.pictures = keepPictures(this.pictures, this.frame);
   }
 
   close() {
-    if (!this.#kept) return;
-    for (const { picture } of this.pictures) picture?.close();
+    if (this.#kept) closePictures(this.pictures);
   }
 }
 
@@ -148,6 +131,9 @@ export class Renderer extends EventTarget {
   #environmentTurn = 0;
   #changed = true;
   #last = null; // {view, options, key, outlined} of the last picture
+  #loser; // WEBGL_lose_context
+  #released = false;
+  #restorable = false; // the event of the loss was dispatched
   #listeners = { webglcontextlost: (event) => this.#lose(event), webglcontextrestored: () => this.#restore() };
 
   constructor(canvas, { contextAttributes = {}, depthTexels = DEPTH_TEXELS } = {}) {
@@ -162,11 +148,32 @@ export class Renderer extends EventTarget {
     });
     if (!this.#gl) throw new Error("WebGL 2 is not available");
     for (const [type, listener] of Object.entries(this.#listeners)) canvas.addEventListener(type, listener);
+    this.#loser = this.#gl.getExtension("WEBGL_lose_context");
     this.#pipeline = this.#gl.isContextLost() ? null : new Pipeline(this.#gl, this.#counters, this.#limits);
   }
 
   get lost() {
     return this.#pipeline === null;
+  }
+  /** Whether the context was given back, and is not wanted. */
+  get released() {
+    return this.#released;
+  }
+
+  /** Gives the context back to the browser, which has few, until reclaim(). What is shown is kept, the canvas is not. */
+  release() {
+    if (this.#released || !this.#loser) return;
+    this.#released = true;
+    if (this.lost) return;
+    this.#pipeline = null;
+    this.#restorable = false;
+    this.#loser.loseContext();
+  }
+  /** Takes a context again. The event "restored" follows. */
+  reclaim() {
+    if (!this.#released) return;
+    this.#released = false;
+    if (this.#restorable) this.#loser.restoreContext();
   }
 
   /** A copy of the counters; uploads and draw calls are those of the last frame. */
@@ -309,17 +316,25 @@ export class Renderer extends EventTarget {
   #lose(event) {
     // Otherwise the context is never restored.
     event.preventDefault();
+    const isOwn = this.#pipeline === null;
     this.#pipeline = null;
-    this.dispatchEvent(new Event("lost"));
+    // A context can be restored after this event.
+    setTimeout(() => {
+      this.#restorable = true;
+      if (isOwn && !this.#released) this.#loser.restoreContext();
+    });
+    if (!isOwn) this.dispatchEvent(new Event("lost"));
   }
 
   async #restore() {
+    this.#restorable = false;
+    if (this.#released) return this.#loser.loseContext();
     const pipeline = new Pipeline(this.#gl, this.#counters, this.#limits);
     pipeline.setEnvironments(this.#environments);
     this.#pipeline = pipeline;
     this.#changed = true;
     const content = this.#content;
-    const pictures = content ? await content.loadKept() : [];
+    const pictures = content ? await loadKept(content.pictures) : [];
     // Meanwhile there may have been another frame or another loss.
     if (content && content === this.#content && pipeline === this.#pipeline) this.#upload(pictures);
     this.dispatchEvent(new Event("restored"));

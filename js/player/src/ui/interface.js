@@ -20,6 +20,10 @@ const EVENTS =
   "play pause playing waiting seeking seeked timeupdate ended ratechange loadstart loadedmetadata canplay emptied error " +
   "progress stalled recovered durationchange framechange volumechange camera-change optionschange";
 
+const LOST_CONTEXT =
+  "Cannot draw this: the browser has taken the WebGL context away and has not given it back, because of a graphics driver " +
+  "that failed or too many pictures at once.";
+
 /** Names of codecs, and whether @fvv/video-fallback decodes them. */
 const CODECS = {
   avc1: { name: "H.264", fallback: true, browsers: "current versions of Chrome, Edge, Firefox and Safari" },
@@ -156,7 +160,12 @@ export class Interface {
   #wake() {
     this.#root.classList.remove("idle");
     clearTimeout(this.#idleTimer);
-    this.#idleTimer = setTimeout(() => {
+    this.#idleTimer = null;
+    this.#awaitIdleness();
+  }
+  #awaitIdleness() {
+    this.#idleTimer ??= setTimeout(() => {
+      this.#idleTimer = null;
       const busy = this.#player.paused || this.#panels.anyOpen;
       this.#root.classList.toggle("idle", !busy);
     }, IDLE_MS);
@@ -190,6 +199,8 @@ export class Interface {
     }
     this.#controls.hidden = !controls;
     if (paused) this.#root.classList.remove("idle");
+    // Playback may begin without input.
+    else if (!this.#root.classList.contains("idle")) this.#awaitIdleness();
     this.#big.hidden =
       !controls || !paused || error !== null || player.wasUsed || readyState < 2 || player.contactSheet.length > 0;
     const isWaiting =
@@ -200,7 +211,7 @@ export class Interface {
       this.#spinner.hidden = true;
     } else this.#spinnerTimer ??= setTimeout(() => (this.#spinner.hidden = false), SPINNER_DELAY_MS);
     this.#showOutage(isWaiting ? player.outage : null);
-    this.#showError(error);
+    this.#showTrouble(error);
     this.#showMissing(player.unsupportedCodecs);
     this.#sheet.update();
     if (controls) {
@@ -219,13 +230,17 @@ export class Interface {
     if (this.#outage.textContent !== shown) this.#outage.textContent = shown;
   }
 
-  #showError(error) {
-    if (this.#message.hidden === (error === null) && this.#message.dataset.text === (error?.message ?? "")) return;
-    this.#message.hidden = error === null;
-    this.#message.dataset.text = error?.message ?? "";
-    if (!error) return this.#message.replaceChildren();
-    const again = element("button", { type: "button", class: "text", onclick: () => this.#player.load() }, "Try again");
-    this.#message.replaceChildren(element("p", {}, `Cannot play this: ${error.message}`), again);
+  /** What ended playback, or drawing, and a button to try again. */
+  #showTrouble(error) {
+    const lost = error === null && this.#player.contextLost;
+    const text = error ? `Cannot play this: ${error.message}` : lost ? LOST_CONTEXT : "";
+    if (this.#message.dataset.text === text) return;
+    this.#message.hidden = text === "";
+    this.#message.dataset.text = text;
+    if (!text) return this.#message.replaceChildren();
+    const retry = () => (lost ? this.#player.renewContext() : this.#player.load());
+    const again = element("button", { type: "button", class: "text", onclick: retry }, "Try again");
+    this.#message.replaceChildren(element("p", {}, text), again);
   }
 
   /** What is missing, and what would help, until the user closes it. */

@@ -74,6 +74,11 @@ const layout = `
 [hidden] {
   display: none !important;
 }
+/* The interface is in English, and its slider runs with time, on right-to-left pages too. */
+.frame {
+  direction: ltr;
+  text-align: left;
+}
 .ground,
 .surface,
 canvas,
@@ -252,7 +257,7 @@ canvas.empty {
 .controls > * {
   pointer-events: auto;
 }
-.idle .controls:not(:focus-within) {
+.idle .controls:not(:has(:focus-visible)) {
   opacity: 0;
 }
 .idle .surface {
@@ -755,14 +760,17 @@ const narrow = `
 }
 `;
 
-let sheets = null;
+const made = new WeakMap(); // window -> sheets
 
-/** Constructed style sheets, shared by all players, as content policies may forbid inline styles. */
-export function styleSheets() {
-  sheets ??= [theme, layout, controls, narrow].map((text) => {
-    const sheet = new CSSStyleSheet();
-    sheet.replaceSync(text);
-    return sheet;
-  });
-  return sheets;
+/** Constructed style sheets, shared by all players of a window, as content policies may forbid inline styles. */
+export function styleSheets(view) {
+  if (!made.has(view)) {
+    const sheets = [theme, layout, controls, narrow].map((text) => {
+      const sheet = new view.CSSStyleSheet();
+      sheet.replaceSync(text);
+      return sheet;
+    });
+    made.set(view, sheets);
+  }
+  return made.get(view);
 }
