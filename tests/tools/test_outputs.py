@@ -51,6 +51,9 @@ def made(tmp_path_factory):
     mux = [*MUX, "-o", "s.fvv"]
     done = call(mux, folder)
     assert done.returncode == 0, done.stderr
+    for command in [*MUX, "--group", 1, "--plan", "plan"], ["fvvmux", "--part", 1, "plan", "--threads", 1]:
+        done = call(command, folder)
+        assert done.returncode == 0, done.stderr
     identity = "100 0 32 0 100 24 0 0 1 1 0 0 0 1 0 0 0 1 0 0 2"
     (folder / "par.txt").write_text(f"1\na.png {identity}\n")
     shutil.copy(folder / "s.fvv", folder / "in.png")
@@ -74,6 +77,8 @@ FILES = {
     "sheet": (["fvvimport", "capture", "cap", "--sheet-width", 120, "--sheet"], ".png", CAPTURED),
     "fvvrender": (["fvvrender", "in.png", "--camera", 0, "-o"], ".png", ["in.png"]),
     "mask": (["fvvrender", "in.png", "--camera", 0, "-o", "also.png", "--mask"], ".png", ["in.png"]),
+    "fvvrecover": (["fvvrecover", "in.png", "-o"], ".fvv", ["in.png"]),
+    "merge": (["fvvmux", "--merge", "plan", "-o"], ".fvv", ["plan/plan.cbor", "plan/group-0.fvv"]),
     "csv": (["fvvcompare", "cap", "s.fvv", "--samples", 1, "--csv"], ".csv", ["s.fvv", *CAPTURED[:2]]),
 }
 # Runs that write a folder; the option comes last.

@@ -36,6 +36,9 @@ def whole(folder):
 def commands():
     yield from ((name, [*run, f"out{end}", "--force"], f"out{end}") for name, (run, end, _) in FILES.items())
     yield from ((name, [*run, "out", "--force"], "out") for name, run in FOLDERS.items())
+    # Its list has files that other runs add, and those are added to a folder that exists.
+    yield "plan", [*MUX, "--group", 1, "--plan", "out", "--force"], "out"
+    yield "part", ["fvvmux", "--part", 1, "plan", "--threads", 1, "--force"], "plan/group-1.fvv"
 
 
 COMMANDS = {name: (command, out) for name, command, out in commands()}
