@@ -2,8 +2,8 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, picture, js, view, look, ladder, player, sound, npm, docs, site, python, hypothesis, distributed, hull,
-calibrate, chain.
+import, calibration, clip, codecs, meshonly, serve, picture, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
+hypothesis, distributed, hull, calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -375,6 +375,16 @@ def ladder():
     return browser_decoder.ladder(path)
 
 
+def chaos():
+    """Half an hour of films and of a live stream over a network that fails at random, in simulated time."""
+    return browser_decoder.chaos(30)
+
+
+def settle():
+    """Sessions that seek, change the rung, abort and close while replies come in any order: 2,000 of each of five sources."""
+    return browser_decoder.settle(2000)
+
+
 def played():
     """The player, timed with the clip of the paper's shape."""
     if not clip_file(42, "h264").exists():
@@ -431,6 +441,8 @@ PARTS = {
     "view": view,
     "look": look,
     "ladder": ladder,
+    "chaos": chaos,
+    "settle": settle,
     "player": played,
     "sound": player.sound,
     "npm": browser_decoder.packages,

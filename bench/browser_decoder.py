@@ -2,7 +2,9 @@
 file of Draco meshes: browser_decoder.py FILE."""
 
 import json
+import os
 import pathlib
+import re
 import shutil
 import statistics
 import subprocess
@@ -159,6 +161,38 @@ def packages():
 
 if __name__ == "__main__":
     print_stages(sys.argv[1])
+
+
+def chaos(minutes):
+    """Films, then a live stream, over a network that fails at random, for some minutes of simulated time each."""
+    program = DECODER / "test/chaos/simulate.mjs"
+    done = subprocess.run(["node", program, "--minutes", str(minutes)], capture_output=True, text=True)
+    if done.returncode not in (0, 1) or not done.stdout:
+        sys.exit(f"bench: chaos failed ({done.returncode}): {done.stderr.strip()}")
+    parts = json.loads(done.stdout)
+    for name, part in parts.items():
+        print(f"{name}: {json.dumps(part)}")
+    return {
+        "chaos.hangs": sum(part["hangs"] for part in parts.values()),
+        "chaos.wrong_frames": sum(part["wrong"] for part in parts.values()),
+        "chaos.positions_lost": sum(part["lost"] for part in parts.values()),
+        "chaos.errors": sum(len(part["errors"]) for part in parts.values()),
+        "chaos.late_recoveries": sum(len(part["late"]) for part in parts.values()),
+        "chaos.recovery_p95_s": parts["film"]["p95"],
+        "chaos.live_recovery_p95_s": parts["live"]["p95"],
+        "chaos.frames": sum(part["frames"] for part in parts.values()),
+    }
+
+
+def settle(orders):
+    """Orders of replies and calls of js/decoder/test/settle.test.mjs, and the sources with which a promise did not settle."""
+    environment = {**os.environ, "FVV_ORDERS": str(orders)}
+    command = ["node", "--test", "test/settle.test.mjs"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=DECODER, env=environment)
+    passed, failed = (int(re.search(rf"^# {word} (\d+)", done.stdout, re.M)[1]) for word in ("pass", "fail"))
+    if failed:
+        print(done.stdout)
+    return {"settle.orders": orders * (passed + failed), "settle.unsettled": failed}
 
 
 def ladder(path):

@@ -86,6 +86,7 @@ const proof = [
   page("Test vectors", "/conformance/vectors"),
   page("Fuzzing", "/evidence/fuzzing"),
   page("Other machines", "/evidence/matrix"),
+  page("Networks", "/evidence/networks"),
   page("Security", "/security"),
 ];
 

@@ -19,9 +19,14 @@ export function askForRange(network, url, range, { signal, outage } = {}) {
 
 const versionOf = (headers) => ({ etag: headers.get("etag"), date: headers.get("last-modified") });
 
+/** The last bytes of a stream: FOOT with its header, which has the digest of the index. */
+const FOOTER = 56;
+/** ETags that are remembered as those of one file. */
+const KNOWN_MAX = 64;
+
 /**
  * Whether two responses with the same size are of the same file. Nodes of a CDN send weak and strong ETags of one file, and some
- * ETags of their own: then the date decides.
+ * ETags of their own: then the date decides, and without one the footer.
  */
 function sameVersion(one, other) {
   const opaque = ({ etag }) => etag?.replace(/^W\//, "") ?? null;
@@ -96,7 +101,8 @@ class Beginning {
 export class HostSource extends RangeSource {
   #url;
   #network;
-  #version; // headers that name the version of the file
+  #versions; // headers that name the version of the file, as different nodes send them
+  #proof = null; // promise of whether the host still has this file, while its footer is fetched
   #suffix;
   #warn;
   #cache;
@@ -109,7 +115,7 @@ export class HostSource extends RangeSource {
     super();
     this.#url = url;
     this.#network = network;
-    this.#version = versionOf(headers);
+    this.#versions = [versionOf(headers)];
     this.type = headers.get("content-type");
     this.#suffix = suffix;
     this.#warn = warn;
@@ -138,12 +144,12 @@ export class HostSource extends RangeSource {
     const began = performance.now();
     const reply = await askForRange(this.#network, this.#url, `bytes=${from}-${end - 1}`, how);
     this.roundTrip = Math.min(this.roundTrip || Infinity, (performance.now() - began) / 1000);
-    return this.#checked(reply, from);
+    return await this.#checked(reply, from);
   }
   async *#answered(reply, from, end) {
     let at = from;
     try {
-      for await (const piece of this.#wanted(this.#checked(await reply, from), from, end)) {
+      for await (const piece of this.#wanted(await this.#checked(await reply, from), from, end)) {
         at += piece.length;
         yield piece;
       }
@@ -154,16 +160,36 @@ export class HostSource extends RangeSource {
     yield* this.#pieces(at, end, this.#head?.signal);
   }
   /** As #check; the body of what is refused is dropped. */
-  #checked(reply, from) {
+  async #checked(reply, from) {
     try {
-      return this.#check(reply, from);
+      return await this.#check(reply, from);
     } catch (error) {
       reply.drop();
       throw error;
     }
   }
+  /** Whether the host has the same footer, and so the same index and groups, under another ETag. */
+  async #isSameFile() {
+    if (this.#suffix.length < FOOTER) return false;
+    const known = this.#suffix.subarray(-FOOTER);
+    const reply = await askForRange(this.#network, this.#url, `bytes=${this.size - FOOTER}-${this.size - 1}`);
+    const range = /^bytes (\d+)-\d+\/(\d+)$/.exec(reply.headers.get("content-range") ?? "");
+    if (reply.status !== 206 || Number(range?.[1]) !== this.size - FOOTER || Number(range?.[2]) !== this.size) {
+      reply.drop();
+      return false;
+    }
+    const found = await reply.bytes();
+    return found.length === FOOTER && found.every((byte, i) => byte === known[i]);
+  }
+  async #isKnown(version) {
+    if (this.#versions.some((known) => sameVersion(version, known))) return true;
+    this.#proof ??= this.#isSameFile().finally(() => (this.#proof = null));
+    if (!(await this.#proof)) return false;
+    if (this.#versions.length < KNOWN_MAX) this.#versions.push(version);
+    return true;
+  }
   /** Throws unless these are bytes of the same file from there on, or all of it. */
-  #check(reply, from) {
+  async #check(reply, from) {
     if (reply.status === 416)
       throw new FvvError({ code: "changed", message: `${this.#url} changed while it was read: it is shorter now` });
     if (reply.status !== 206 && reply.status !== 200) throw failed(this.#url, reply);
@@ -176,10 +202,10 @@ export class HostSource extends RangeSource {
     const version = versionOf(reply.headers);
     const range = /^bytes (\d+)-\d+\/(\d+|\*)$/.exec(reply.headers.get("content-range") ?? "");
     const total = reply.status === 200 ? null : range && range[2] !== "*" ? Number(range[2]) : this.size;
-    if (!sameVersion(version, this.#version) || (total !== null && total !== this.size))
+    if ((total !== null && total !== this.size) || !(await this.#isKnown(version)))
       throw new FvvError({
         code: "changed",
-        message: `${this.#url} changed while it was read: ETag ${this.#version.etag}, now ${version.etag}`,
+        message: `${this.#url} changed while it was read: ETag ${this.#versions[0].etag}, now ${version.etag}`,
       });
     if (range && reply.status === 206 && Number(range[1]) !== from)
       throw new FvvError({

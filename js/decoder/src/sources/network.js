@@ -38,6 +38,9 @@ const TRANSIENT = [408, 425, 429, 500, 502, 503, 504];
 /** Statuses of an address, or of credentials, that have expired. */
 const EXPIRED = [401, 403, 410];
 
+/** Clients to which a host has named one time return within this time after it. */
+const SPREAD_MS = 1000;
+
 /** Timers with more milliseconds fire at once. */
 export const LONGEST_TIMER = 2 ** 31 - 1;
 
@@ -156,7 +159,8 @@ class Outage {
     if (now >= this.#deadline && !isOffline()) throw this.#fatal(error);
     const attempt = this.#attempt++;
     if (immediate && attempt === 0) return;
-    const retryMs = Math.max(backoff(attempt, this.#policy), retryAfterMs * (1 + Math.random() / 20));
+    const spread = Math.random() * Math.min(retryAfterMs / 20, SPREAD_MS);
+    const retryMs = Math.max(backoff(attempt, this.#policy), retryAfterMs + spread);
     this.#report(this, { url: this.#url, reason: error.message, offline: isOffline(), attempt, retryMs });
     if (isOffline()) {
       await delayUnlessOnline(LONGEST_TIMER, signal);

@@ -1,9 +1,10 @@
 // Opens a source by its description: memory, files, streams and URLs.
 
+import { FvvError } from "../errors.js";
 import { askForRange, FRONT, HostSource, noRange } from "./host.js";
 import { LiveSource } from "./live.js";
 import { BlobSource, BufferSource, PulledSource } from "./local.js";
-import { failed, Network } from "./network.js";
+import { asTransient, failed, joined, Network } from "./network.js";
 import { ResponseSource } from "./response.js";
 import { SegmentSource } from "./segments.js";
 
@@ -32,6 +33,29 @@ async function suffixByNumbers(network, url, head, refusal) {
   refusal.drop();
   const size = Number(range[3]);
   return askForRange(network, url, `bytes=${Math.max(0, size - SUFFIX)}-${size - 1}`);
+}
+
+/** The bytes after a reply to a request for the last ones that has fewer, as hosts may send: up to the end. */
+async function restOfSuffix(network, url, [last, size], outage) {
+  const pieces = [];
+  for (let at = last + 1; at < size;) {
+    try {
+      const reply = await askForRange(network, url, `bytes=${at}-${size - 1}`, { outage });
+      const range = reply.status === 206 ? rangeOf(reply) : null;
+      if (!range || Number(range[1]) !== at || Number(range[3]) !== size) {
+        reply.drop();
+        break;
+      }
+      const bytes = await reply.bytes();
+      if (!bytes.length) throw asTransient(new FvvError({ code: "io", message: `${url}: an empty response` }));
+      pieces.push(bytes);
+      at += bytes.length;
+      outage.progress();
+    } catch (error) {
+      await outage.wait(error);
+    }
+  }
+  return joined(pieces);
 }
 
 /** seekable false: a single request, and nothing is kept. */
@@ -80,6 +104,11 @@ async function openUrl({ url, init, seekable = true }, { warn, cache, ...access 
       if (!reply.ok) throw failed(url, reply);
     }
   outage.progress();
+  if (range && reply.status === 206 && suffix.length === Number(range[2]) - Number(range[1]) + 1) {
+    const rest = await restOfSuffix(network, url, range.slice(2).map(Number), outage);
+    suffix = joined([suffix, rest]);
+    range[2] = String(Number(range[2]) + rest.length);
+  }
   const why = problemOf(reply, range, suffix);
   if (why) {
     cannot(why);
