@@ -49,6 +49,7 @@ HOW = {
     ("docs/tools/fvvsynth.md", "fvvsynth --footage"): OPTIONS,
     ("docs/encoding/hdr.md", "fvvsynth -o big"): NOT + "a measurement",
     ("docs/evidence/matrix.md", "./run matrix"): NOT + "needs other compilers, and takes half an hour",
+    ("docs/evidence/networks.md", "./run bench chaos"): ELSEWHERE + "js: chaos",
     ("docs/guide/your-own-capture.md", "fvvcapture shoot"): OPTIONS,
     ("docs/guide/command-line.md", "pip install .[capture]"): OPTIONS,
     ("docs/guide/libraries.md", "cc -std=c99 consumer.c"): ELSEWHERE + "the test of the installation",
