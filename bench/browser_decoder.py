@@ -134,7 +134,7 @@ def look(path):
     if not shutil.which("node") or not (DECODER / "dist/core.wasm.js").exists():
         print("look.* is left out: no node, or js/decoder was not built (./run bench js)")
         return {}
-    rows = json.loads(run("node", ROOT / "bench/look.mjs", path))
+    rows = json.loads(run("node", ROOT / "bench/network/look.mjs", path))
     print(
         f"{'viewer':>8}{'cameras':>9}{'bytes':>11}{'of all':>8}{'requests a second':>19}{'again':>7}{'wrong':>7}"
     )

@@ -77,16 +77,16 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     await ask(() => (window.player.grid = true));
   });
 
-  test("a paused frame becomes as good as the network allows, and another rung is drawn at once", async () => {
+  test("another rung is drawn at once while paused", async () => {
     await load("ladder");
-    await until(() => window.player.playedRung === 0 && window.player.paused && window.player.currentFrame === 0);
     await seekTo(5);
-    await until(() => window.player.playedRung === 0);
-    await ask(() => (window.player.rung = 1));
-    await until(() => window.player.playedRung === 1 && !window.player._stage.busy);
-    assert.deepEqual(await ask(() => [window.player.currentFrame, window.player.paused]), [5, true]);
+    // What the network carries is measured, so that "auto" depends on the machine: media.test.mjs tests it.
+    for (const rung of [1, 0, 1]) {
+      await ask((rung) => (window.player.rung = rung), rung);
+      await until((rung) => window.player.playedRung === rung && !window.player._stage.busy, rung);
+      assert.deepEqual(await ask(() => [window.player.currentFrame, window.player.paused]), [5, true]);
+    }
     await ask(() => (window.player.rung = "auto"));
-    await until(() => window.player.playedRung === 0);
     await load("players");
   });
 

@@ -3,10 +3,10 @@
 // second. Prints JSON: bytes relative to those of all tracks, requests for each second, cameras of a frame, and frames on
 // screen whose cameras give less of the picture than the player accepts; the frame on screen at a jump is not counted.
 
-import { createDecoder } from "../js/decoder/dist/index.js";
-import { serve } from "../js/decoder/test/server.mjs";
-import { shapedProxy } from "./network/shaped_proxy.mjs";
-import { coverage, LEAST, ViewpointTracks } from "../js/player/src/playback/viewpoint_tracks.js";
+import { createDecoder } from "../../js/decoder/dist/index.js";
+import { serve } from "../../js/decoder/test/server.mjs";
+import { shapedProxy } from "./shaped_proxy.mjs";
+import { coverage, LEAST, ViewpointTracks } from "../../js/player/src/playback/viewpoint_tracks.js";
 
 const target = (process.argv[3] ?? "0,1,0").split(",").map(Number);
 /** Metres from the target, and metres per second. */
