@@ -2,10 +2,15 @@
 #include "decimate_fixture.h"
 
 #include "geometry/src/fit.h"
+#include "geometry/src/simplify.h"
+
+#include <set>
 
 using namespace shapes;
 using decimate::Decimated;
 using decimate::find_target_error;
+using decimate::first_alike;
+using decimate::Simplifier;
 
 TEST_CASE("the size of a pixel follows from the focal length, and is smaller at an angle") {
   decimate::Footprint cameras;
@@ -135,6 +140,83 @@ TEST_CASE("pieces that vanish are counted, and specks go before") {
   CHECK(dropped.report.dropped_faces == 32);
   CHECK(dropped.report.vanished.pieces == 0);
   CHECK(dropped.report.faces_before == ball.face_count());
+}
+
+namespace {
+
+// A plate of 0.5 m x 0.5 m.
+Mesh plate(double thickness, double z) {
+  Mesh mesh;
+  for (const double height : {z, z + thickness})
+    for (const double y : {0.0, 0.5})
+      for (const double x : {0.0, 0.5}) mesh.positions.insert(mesh.positions.end(), {x, y, height});
+  mesh.faces = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+  return mesh;
+}
+
+} // namespace
+
+TEST_CASE("plates that lose their thickness on the lattice are counted") {
+  const geometry::Lattice lattice = {{0, 0, 0}, 0.002};
+  const Mesh ball = sphere(0.3, 4, 2), thin = plate(0.0004, 0.1), thick = plate(0.004, 0.2);
+  const double area = 2 * 0.25 + 4 * 0.5 * 0.0004;
+  const decimate::Lost lost = decimate::flattened_pieces(together(together(ball, thin), thick), lattice);
+  CHECK(lost.pieces == 1);
+  CHECK(lost.area == Approx(area));
+  CHECK(decimate::merged_area(together(ball, thin), lattice) == Approx(0.25));
+  CHECK(decimate::flattened_pieces(thick, lattice).pieces == 0);
+  CHECK(decimate::merged_area(thick, lattice) == 0);
+  // Far from the origin, as in maps.
+  Mesh far = thin;
+  for (double &coordinate : far.positions) coordinate += 4096;
+  CHECK(decimate::flattened_pieces(far, lattice).pieces == 1);
+  // Open sheets, and one that is there twice, have no thickness to lose; specks vanish, or are a few steps.
+  Mesh twice = sheet(4, false, [](double, double) { return 0.1; });
+  const std::vector<uint32_t> front = twice.faces;
+  for (size_t f = 0; f < front.size(); f += 3)
+    twice.faces.insert(twice.faces.end(), {front[f], front[f + 2], front[f + 1]});
+  CHECK(decimate::flattened_pieces(twice, lattice).pieces == 0);
+  CHECK(decimate::merged_area(twice, lattice) == 0);
+  CHECK(decimate::flattened_pieces(sheet(4, false, [](double x, double) { return 1e-4 * x; }), lattice)
+            .pieces == 0);
+  CHECK(decimate::flattened_pieces(sphere(0.0015, 2, 0.0007), lattice).pieces == 0);
+}
+
+TEST_CASE("stray vertices do not make the typical box") {
+  const Mesh ball = sphere(0.5, 5);
+  const double size = geometry::typical_box(ball).diagonal();
+  Mesh stray = ball;
+  const size_t count = ball.vertex_count();
+  // Triangles far off, of which all vertices are 1 %.
+  for (size_t i = 0; 300 * i < count; i++) {
+    const double way = i % 2 ? 50.0 + double(i) : -80.0 - double(i);
+    const auto first = uint32_t(stray.vertex_count());
+    for (int k = 0; k < 3; k++)
+      for (int axis = 0; axis < 3; axis++) stray.positions.push_back(way + 0.001 * (k == axis));
+    stray.faces.insert(stray.faces.end(), {first, first + 1, first + 2});
+  }
+  const double with = geometry::typical_box(stray).diagonal();
+  CHECK(with > 0.8 * size);
+  CHECK(with <= size);
+  // Two bodies of the same size are one scene.
+  const Mesh both = together(ball, sphere(0.5, 5, 20));
+  CHECK(geometry::typical_box(both).diagonal() > 20);
+}
+
+TEST_CASE("decimation leaves no two faces with the same corners") {
+  for (const double thickness : {0.001, 0.003}) {
+    // A plate as thin as the error beside a ball: both its sides come together.
+    Mesh fin = together(sphere(0.5, 4), plate(thickness, 0));
+    for (const double target : {0.005, 0.02, 0.05}) {
+      const Simplifier simplifier(fin, first_alike(fin, true));
+      const std::vector<uint32_t> faces = simplifier.simplify({target, 0}, {});
+      std::set<std::set<uint32_t>> sets;
+      for (size_t i = 0; i < faces.size(); i += 3) sets.insert({faces[i], faces[i + 1], faces[i + 2]});
+      CHECK(sets.size() == faces.size() / 3);
+      CHECK(faces.size() > 24);
+    }
+  }
 }
 
 TEST_CASE("seams of an atlas stay seams") {

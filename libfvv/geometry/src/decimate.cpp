@@ -28,6 +28,12 @@ constexpr int attempts = 8;
 constexpr int rings = 2;
 // If more than one face in most_locked has to be locked, the simplifier went too far.
 constexpr size_t most_locked = 16;
+// When no target error suffices: how often it is reduced, by what factor at least, how often faces are
+// locked, and that one face in two may be. Some places then keep all their triangles, and the others save
+// some.
+constexpr int last_attempts = 4, last_rounds = 16;
+constexpr double last_factor = 0.7;
+constexpr size_t most_locked_at_last = 2;
 
 // Lattice points as integers, so that areas are exact.
 geometry::Mesh on_points(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
@@ -37,15 +43,14 @@ geometry::Mesh on_points(const geometry::Mesh &mesh, const geometry::Lattice &la
   return points;
 }
 
-// The faces of a mesh that remain after canonicalisation on the lattice: those with an area, each set of
-// three points once. Other faces must not count as surface.
-std::vector<uint32_t> lasting_faces(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
-  const geometry::Mesh points = on_points(mesh, lattice);
+// The faces of a mesh that remain after canonicalisation: those with an area, each set of three points once.
+// Other faces must not count as surface.
+std::vector<uint32_t> distinct_faces(const geometry::Mesh &points) {
   const std::vector<uint32_t> place = first_alike(points, false);
   std::vector<std::array<uint32_t, 4>> sets; // sorted places, face
   for (uint32_t f = 0; f < points.face_count(); f++) {
     if (!(face_area(points, f) > 0)) continue;
-    const uint32_t *c = &mesh.faces[3 * size_t(f)];
+    const uint32_t *c = &points.faces[3 * size_t(f)];
     std::array<uint32_t, 4> set = {place[c[0]], place[c[1]], place[c[2]], f};
     std::sort(set.begin(), set.begin() + 3);
     sets.push_back(set);
@@ -58,6 +63,11 @@ std::vector<uint32_t> lasting_faces(const geometry::Mesh &mesh, const geometry::
   for (auto set = sets.begin(); set != last; ++set) faces.push_back((*set)[3]);
   std::sort(faces.begin(), faces.end());
   return faces;
+}
+
+// The same on the lattice.
+std::vector<uint32_t> lasting_faces(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
+  return distinct_faces(on_points(mesh, lattice));
 }
 
 // The mesh that a decoder will return.
@@ -162,10 +172,10 @@ Lost vanished(const geometry::Mesh &source, const geometry::Mesh &mesh, const st
 }
 
 // Adds to locked the faces of the source around outliers. Returns whether another round is worthwhile: there
-// are new ones, and not too many in total.
+// are new ones, and not more than one face in most.
 bool lock_around(const geometry::Mesh &source, const std::vector<uint32_t> &alike,
                  const geometry::Mesh &decimated, const std::vector<uint32_t> &vertices,
-                 const Outliers &outliers, std::vector<bool> &locked) {
+                 const Outliers &outliers, size_t most, std::vector<bool> &locked) {
   std::vector<bool> marked(source.vertex_count());
   for (const uint32_t v : outliers.vertices) marked[alike[v]] = true;
   for (const uint32_t f : outliers.faces)
@@ -183,13 +193,13 @@ bool lock_around(const geometry::Mesh &source, const std::vector<uint32_t> &alik
     }
     marked.swap(wider);
   }
-  return count() > before && size_t(count()) <= source.face_count() / most_locked;
+  return count() > before && size_t(count()) <= source.face_count() / most;
 }
 
 // The next, smaller target error after an error in pixels.
-double shorter(double target_error, double pixels, const Budget &budget) {
+double shorter(double target_error, double pixels, const Budget &budget, bool last) {
   // The error is about proportional to the target error.
-  return target_error * std::clamp(0.98 * budget.pixels / pixels, 0.3, 0.95);
+  return target_error * std::clamp(0.98 * budget.pixels / pixels, 0.3, last ? last_factor : 0.95);
 }
 
 // One frame, prepared for repeated decimation.
@@ -212,11 +222,13 @@ public:
   }
 
   // Whether this target error is within the budget. error: the measured rms in pixels.
-  bool within(double target_error, Decimated &out, double &error) const {
+  bool within(double target_error, bool last, Decimated &out, double &error) const {
+    const int rounds_here = last ? last_rounds : rounds;
+    const size_t most = last ? most_locked_at_last : most_locked;
     const double limit = max_over_rms * budget.pixels;
     Trial trial(reference, limit);
     std::vector<bool> locked;
-    for (int round = 0; round < rounds; round++) {
+    for (int round = 0; round < rounds_here; round++) {
       out = simplified({target_error, 0}, locked);
       error = out.report.error.rms_pixels;
       if (out.mesh.faces.empty()) return false;
@@ -224,9 +236,9 @@ public:
       // Most parts that are cut off are far off even before vertices are fitted: their faces are locked at
       // once.
       Outliers outliers = trial.look(out.mesh, out.vertices, surface);
-      if (!outliers.vertices.empty() && round + 1 < rounds) {
+      if (!outliers.vertices.empty() && round + 1 < rounds_here) {
         std::vector<bool> more = locked;
-        if (lock_around(source, alike, out.mesh, out.vertices, outliers, more)) {
+        if (lock_around(source, alike, out.mesh, out.vertices, outliers, most, more)) {
           locked.swap(more);
           continue;
         }
@@ -237,7 +249,7 @@ public:
       error = found.rms_pixels;
       if (error <= budget.pixels && found.max_pixels <= limit) return true;
       // A lost limb may be the only reason for a large rms.
-      if (!lock_around(source, alike, out.mesh, out.vertices, outliers, locked)) return false;
+      if (!lock_around(source, alike, out.mesh, out.vertices, outliers, most, locked)) return false;
     }
     return false;
   }
@@ -285,11 +297,12 @@ private:
 std::optional<Decimated> within_budget(const geometry::Mesh &source, const Footprint &footprint,
                                        const Budget &budget, double target_error) {
   const Frame frame(source, footprint, budget);
-  for (int i = 0; i < attempts && target_error > 0 && frame.seen(); i++) {
+  for (int i = 0; i < attempts + last_attempts && target_error > 0 && frame.seen(); i++) {
     Decimated attempt;
     double error;
-    if (frame.within(target_error, attempt, error)) return attempt;
-    target_error = shorter(target_error, error, budget);
+    const bool last = i >= attempts;
+    if (frame.within(target_error, last, attempt, error)) return attempt;
+    target_error = shorter(target_error, error, budget, last);
   }
   return {};
 }
@@ -352,6 +365,17 @@ Lost vanishing_pieces(const geometry::Mesh &source, const Budget &budget) {
   Report report;
   if (sound(source)) without_specks(source, budget, report);
   return report.vanished;
+}
+
+double merged_area(const geometry::Mesh &source, const geometry::Lattice &lattice) {
+  const geometry::Mesh points = on_points(source, lattice);
+  std::vector<bool> merged(source.face_count());
+  for (const uint32_t face : distinct_faces(source)) merged[face] = face_area(points, face) > 0;
+  for (const uint32_t face : distinct_faces(points)) merged[face] = false;
+  double area = 0;
+  for (size_t f = 0; f < merged.size(); f++)
+    if (merged[f]) area += face_area(source, f);
+  return area;
 }
 
 Decimated decimate(const geometry::Mesh &given, const Footprint &footprint, const Budget &budget,
@@ -475,10 +499,11 @@ TopologyRun::TopologyRun(const Frames &frames, const Budget &budget, double targ
   const Simplifier simplifier(first, alike);
   const Reference like(first, frames.footprint(0));
   std::vector<size_t> order = order_of(frames.count);
-  for (int i = 0; i < attempts; i++) {
+  for (int i = 0; i < attempts + last_attempts; i++) {
+    const bool last = i >= attempts;
     std::vector<bool> locked;
     double worst = 0;
-    for (int round = 0; round < rounds; round++) {
+    for (int round = 0; round < (last ? last_rounds : rounds); round++) {
       faces = simplifier.simplify({target_error, budget.triangles}, locked);
       Outliers outliers;
       if (try_faces(frames, budget, like, order, outliers, worst)) {
@@ -494,10 +519,12 @@ TopologyRun::TopologyRun(const Frames &frames, const Budget &budget, double targ
       }
       std::vector<uint32_t> vertices;
       const geometry::Mesh mesh = compact(first, faces, vertices);
-      if (!lock_around(first, alike, mesh, vertices, outliers, locked)) break;
+      if (!lock_around(first, alike, mesh, vertices, outliers, last ? most_locked_at_last : most_locked,
+                       locked))
+        break;
     }
     if (budget.triangles) break; // it failed for another reason than the budget
-    target_error = shorter(target_error, worst, budget);
+    target_error = shorter(target_error, worst, budget, last);
   }
   faces.clear();
 }

@@ -64,10 +64,10 @@ double TypicalBox::diagonal() const {
 }
 
 TypicalBox typical_box(const Mesh &mesh) {
-  constexpr double outermost = 0.005;
+  constexpr double outermost = 0.005, stray = 0.05, far_off = 4;
   std::vector<bool> used(mesh.vertex_count());
   for (const uint32_t v : mesh.faces) used[v] = true;
-  TypicalBox box;
+  TypicalBox box, core;
   std::vector<double> values;
   for (size_t axis = 0; axis < 3; axis++) {
     values.clear();
@@ -75,14 +75,19 @@ TypicalBox typical_box(const Mesh &mesh) {
       if (used[v] && std::isfinite(mesh.positions[3 * v + axis]))
         values.push_back(mesh.positions[3 * v + axis]);
     if (values.empty()) continue;
-    const auto skipped = std::ptrdiff_t(outermost * double(values.size()));
-    const auto low = values.begin() + skipped, high = values.end() - 1 - skipped;
-    std::nth_element(values.begin(), low, values.end());
-    box.low[axis] = *low;
-    std::nth_element(values.begin(), high, values.end());
-    box.high[axis] = *high;
+    const auto without = [&](double fraction, TypicalBox &out) {
+      const auto skipped = std::ptrdiff_t(fraction * double(values.size()));
+      const auto low = values.begin() + skipped, high = values.end() - 1 - skipped;
+      std::nth_element(values.begin(), low, values.end());
+      out.low[axis] = *low;
+      std::nth_element(values.begin(), high, values.end());
+      out.high[axis] = *high;
+    };
+    without(outermost, box);
+    without(stray, core);
   }
-  return box;
+  const double size = core.diagonal();
+  return size > 0 && box.diagonal() > far_off * size ? core : box;
 }
 
 void flip_faces(Mesh &mesh) {

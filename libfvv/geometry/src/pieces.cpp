@@ -1,6 +1,8 @@
 #include "fvv_geometry/pieces.h"
+#include "fvv_geometry/decimate.h"
 #include "fvv_render/vector.h"
 
+#include <cmath>
 #include <meshoptimizer.h>
 
 namespace fvv::decimate {
@@ -62,6 +64,55 @@ Pieces find_pieces(const geometry::Mesh &mesh, const std::vector<uint32_t> &alik
     for (size_t k = 0; k < 3; k++) pieces.of_vertex[mesh.faces[3 * f + k]] = number;
   }
   return pieces;
+}
+
+namespace {
+
+// What a piece encloses, of closed ones: there the vectors of all areas add up to nothing.
+struct Shell {
+  double volume = 0;
+  Vec3 areas;
+};
+
+std::vector<Shell> shells_of(const geometry::Mesh &mesh, const Pieces &pieces) {
+  std::vector<Shell> out(pieces.faces.size());
+  std::vector<size_t> first(out.size(), SIZE_MAX);
+  for (size_t i = 0; i + 2 < mesh.faces.size(); i += 3) {
+    const uint32_t piece = pieces.of_vertex[mesh.faces[i]];
+    if (first[piece] == SIZE_MAX) first[piece] = i;
+    const Vec3 from = corner(mesh, first[piece]);
+    const Vec3 a = corner(mesh, i) - from, b = corner(mesh, i + 1) - from, c = corner(mesh, i + 2) - from;
+    out[piece].volume += dot(a, cross(b, c)) / 6;
+    out[piece].areas += cross(b - a, c - a) * 0.5;
+  }
+  return out;
+}
+
+} // namespace
+
+Lost flattened_pieces(const geometry::Mesh &source, const geometry::Lattice &lattice) {
+  constexpr double least_area = 64; // square steps
+  constexpr double closed = 1e-9;   // of the area, which rounding leaves
+  constexpr double flat = 1e-9;     // steps; a sheet that is a surface twice had no thickness before
+  geometry::Mesh exact = source;
+  for (size_t i = 0; i < exact.positions.size(); i++)
+    exact.positions[i] = (source.positions[i] - lattice.origin[i % 3]) / lattice.step;
+  const Pieces pieces = find_pieces(exact, first_alike(exact, false));
+  const std::vector<Shell> before = shells_of(exact, pieces);
+  for (double &coordinate : exact.positions) coordinate = std::nearbyint(coordinate);
+  const std::vector<Shell> after = shells_of(exact, pieces);
+  std::vector<bool> there(before.size());
+  for (size_t f = 0; f < exact.face_count(); f++)
+    if (face_area(exact, f) > 0) there[pieces.of_vertex[exact.faces[3 * f]]] = true;
+  Lost lost;
+  for (size_t i = 0; i < there.size(); i++) {
+    const double area = pieces.area[i], volume = before[i].volume;
+    if (!there[i] || !(area >= least_area) || length(before[i].areas) > closed * area) continue;
+    if (!(std::abs(volume) > flat * area) || !(after[i].volume / volume < 0.5)) continue;
+    lost.pieces++;
+    lost.area += area * lattice.step * lattice.step;
+  }
+  return lost;
 }
 
 double enclosed_volume(const geometry::Mesh &mesh) {

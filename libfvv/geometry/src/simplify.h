@@ -15,7 +15,8 @@ struct SimplifyTarget {
 
 // A mesh that can be simplified repeatedly. The result uses vertices of the mesh; none is moved. Open borders
 // do not change, nor do vertices of edges with more than two faces; vertices at one place with different
-// texture coordinates are the seam of an atlas, which remains a seam.
+// texture coordinates are the seam of an atlas, which remains a seam. No face covers another one, corner on
+// corner, that does not in the source.
 //
 // The simplifier computes in single precision, relative to the centre of the box here. The same build gives
 // the same faces for the same input; another processor may give others, which is why only the measured error
@@ -31,6 +32,8 @@ public:
   std::vector<uint32_t> simplify(const SimplifyTarget &target, const std::vector<bool> &locked) const;
 
 private:
+  std::vector<uint32_t> without_folds(std::vector<uint32_t> simplified) const;
+
   std::vector<uint32_t> faces;
   std::vector<float> positions;
   float scale; // of errors relative to the extent

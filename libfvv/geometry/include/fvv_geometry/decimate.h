@@ -112,6 +112,13 @@ struct Lost {
 // None if all do.
 Lost vanishing_pieces(const geometry::Mesh &source, const Budget &budget);
 
+// The closed pieces that remain on a lattice but lose half their volume or more, as plates thinner than a
+// step do, whose two sides become one. None of those that are only a few steps large.
+Lost flattened_pieces(const geometry::Mesh &source, const geometry::Lattice &lattice);
+
+// Square metres of the faces that others cover on a lattice, corner on corner, but not in the source.
+double merged_area(const geometry::Mesh &source, const geometry::Lattice &lattice);
+
 struct Report {
   size_t faces_before = 0, faces_after = 0;
   double volume_before = 0, volume_after = 0; // cubic metres, signed (enclosed_volume)

@@ -24,7 +24,9 @@ void check(const Mesh &mesh, const std::string &name);
 void flip_faces(Mesh &mesh);
 
 // Around the vertices that faces use, without the lowest and highest 0.5 % on each axis: a few that are far
-// off do not count. Coordinates that are not finite are left out. All 0 without any.
+// off do not count. Where that box is four times as large as the one without the lowest and highest 5 %, what
+// lies between is stray, and the smaller box is returned. Coordinates that are not finite are left out. All 0
+// without any.
 struct TypicalBox {
   double low[3] = {}, high[3] = {};
 
