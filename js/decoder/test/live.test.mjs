@@ -192,6 +192,28 @@ test("after the event online a silent connection is asked at once", async () => 
   }
 });
 
+test("nothing listens for the event online once a connection has failed or the decoder is closed", async () => {
+  const page = new EventTarget();
+  let listening = 0;
+  globalThis.addEventListener = (type, act, { signal }) => {
+    listening++;
+    signal.addEventListener("abort", () => listening--);
+    page.addEventListener(type, act, { signal });
+  };
+  // Its connections never open, and are never closed.
+  class Silent extends EventTarget {
+    readyState = 0;
+    close() {}
+  }
+  try {
+    const source = { url: "ws://host.test/live/x", WebSocket: Silent, reconnect: { attempts: 3 } };
+    await assert.rejects(createDecoder({ source, network: { ...QUICK, connectMs: 30 } }), { message: /does not open/ });
+    assert.equal(listening, 0);
+  } finally {
+    delete globalThis.addEventListener;
+  }
+});
+
 test("a server that stays away is an error after the budget", async () => {
   const began = performance.now();
   await assert.rejects(playWith({ ...QUICK, budgetMs: 500 }, "ws://127.0.0.1:9/live/x", true), { code: "io" });

@@ -57,10 +57,14 @@ export const isTransient = (error) => transient.has(error);
 function expire(milliseconds, onlineMs, act) {
   const stop = new AbortController();
   const began = performance.now();
-  let timer = setTimeout(act, Math.min(milliseconds, LONGEST_TIMER));
+  const late = () => {
+    stop.abort();
+    act();
+  };
+  let timer = setTimeout(late, Math.min(milliseconds, LONGEST_TIMER));
   const hurry = () => {
     clearTimeout(timer);
-    timer = setTimeout(act, Math.min(began + milliseconds - performance.now(), onlineMs));
+    timer = setTimeout(late, Math.min(began + milliseconds - performance.now(), onlineMs));
   };
   globalThis.addEventListener?.("online", hurry, { signal: stop.signal });
   return () => {
