@@ -343,6 +343,14 @@ radialDistortion3="0" tangentalDistortion1="0" tangentalDistortion2="0"/></camer
     )
     metashape += "</camera></cameras><transform><scale>2</scale></transform></chunk></document>"
     seeds.add("calibrations", b"\f" + metashape.encode())
+    table = "#name,x,y,alt,heading,pitch,roll,f,px,py,k1,k2,k3,k4,t1,t2\na.jpg,1,2,3,10,20,30,28,0,0,0.1,0,0,0,0,0\n"
+    seeds.add("calibrations", b"\r" + table.encode())
+    xmp = '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF><rdf:Description xcr:DistortionModel="brown3"'
+    xmp += (
+        ' xcr:FocalLength35mm="28" xcr:DistortionCoeficients="0.1 0 0 0 0 0"><xcr:Rotation>1 0 0 0 1 0 0 0 1'
+    )
+    xmp += "</xcr:Rotation><xcr:Position>0 0 -3</xcr:Position></rdf:Description></rdf:RDF></x:xmpmeta>"
+    seeds.add("calibrations", b"\x0e" + xmp.encode())
 
 
 def paths(seeds):

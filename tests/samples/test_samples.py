@@ -231,6 +231,7 @@ def write_calibrations(made, place):
         ("toml", "calibration.toml"),
         ("kalibr", "camchain.yaml"),
         ("metashape", "cameras.xml"),
+        ("realitycapture_table", "cameras.csv"),
     ]:
         folder = place / f"of_{name}"
         folder.mkdir()

@@ -568,7 +568,58 @@ def write_metashape(folder, random):
     return ["metashape", path], cameras
 
 
+def write_realitycapture(folder, random):
+    """Sidecars, with attributes and with elements."""
+    cameras, unit = [], max(WIDTH, HEIGHT)
+    for i, keys in enumerate(["", "k1 k2 p1 p2 k3"]):
+        camera = Camera(random, keys, focal_lengths=1)
+        k = {**dict.fromkeys(RANGES, 0.0), **camera.k}
+        c = (camera.c - np.array([WIDTH, HEIGHT]) / 2) / unit
+        lens = f'xcr:FocalLength35mm="{float(camera.f[0] * 36 / unit)!r}" xcr:Skew="0" xcr:AspectRatio="1"'
+        lens += f' xcr:PrincipalPointU="{float(c[0])!r}" xcr:PrincipalPointV="{float(c[1])!r}"'
+        numbers = text([k["k1"], k["k2"], k["k3"], 0, k["p1"], k["p2"]])
+        lens += f' xcr:DistortionModel="{"brown3t2" if keys else "perspective"}"'
+        lens += ' xmlns:xcr="http://www.capturingreality.com/ns/xcr/1.1#" xmlns:rdf="r"'
+        inner = f"<xcr:Rotation>{text(camera.r)}</xcr:Rotation><xcr:Position>{text(camera.centre())}</xcr:Position>"
+        inner += f"<xcr:DistortionCoeficients>{numbers}</xcr:DistortionCoeficients>"
+        (folder / f"shot{i}.xmp").write_text(
+            f'<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="r"><rdf:Description {lens}>{inner}'
+            "</rdf:Description></rdf:RDF></x:xmpmeta>\n"
+        )
+        cameras.append((i, f"shot{i}", camera, 0))
+    return ["realitycapture", folder, "--size", f"{WIDTH}x{HEIGHT}"], cameras
+
+
+def write_realitycapture_table(folder, random):
+    """Heading, pitch and roll of a camera that looks down, its top to the north, as rotations about fixed axes."""
+    cameras, lines, unit = (
+        [],
+        ["#name,x,y,alt,heading,pitch,roll,f,px,py,k1,k2,k3,k4,t1,t2"],
+        max(WIDTH, HEIGHT),
+    )
+
+    def about(axis, degrees):
+        q = np.zeros(4)
+        q[0], q[1 + axis] = np.cos(np.radians(degrees) / 2), np.sin(np.radians(degrees) / 2)
+        return rotation(q)
+
+    for i in range(3):
+        camera = Camera(random, "k1 k2 k3", focal_lengths=1)
+        heading, pitch, roll = random.uniform(-180, 180), random.uniform(0, 90), random.uniform(-90, 90)
+        centre = camera.centre()
+        camera.r = FLIP @ (about(2, -heading) @ about(0, pitch) @ about(1, roll)).T
+        camera.t = -camera.r @ centre
+        c = (camera.c - np.array([WIDTH, HEIGHT]) / 2) * 36 / unit
+        values = [*centre, heading, pitch, roll, camera.f[0] * 36 / unit, *c, *camera.k.values(), 0, 0, 0]
+        lines.append(f"shot{i}.jpg," + ",".join(repr(float(v)) for v in values))
+        cameras.append((i, f"shot{i}", camera, 0))
+    (folder / "cameras.csv").write_text("\n".join(lines) + "\n")
+    return ["realitycapture", folder / "cameras.csv", "--size", f"{WIDTH}x{HEIGHT}"], cameras
+
+
 WRITERS = {
+    "realitycapture": write_realitycapture,
+    "realitycapture_table": write_realitycapture_table,
     "easymocap": write_easymocap,
     "kalibr": write_kalibr,
     "metashape": write_metashape,

@@ -265,7 +265,7 @@ def test_easymocap_without_sizes_needs_them(fvvimport, tmp_path):
         ),
         (
             ["-o", "-", "--meshes", "m.ply", "--size", "1x1"],
-            "--size: expected for middlebury, krt, easymocap only, the other formats say how large pictures are",
+            "--size: expected for middlebury, krt, easymocap, realitycapture only, the other formats say how large pictures are",
         ),
     ],
 )

@@ -207,7 +207,8 @@ int main(int argc, char **argv) {
       ->type_name(names_of_formats("|", false) + "|capture");
   app.add_option("INPUT", a.inputs,
                  "colmap: folder of a model, binary or text, or of a project; easymocap: folder of intri.yml "
-                 "and extri.yml; opencv, krt: a file for each camera, or their folder; capture: capture.json "
+                 "and extri.yml; opencv, krt, realitycapture: a file for each camera, or their folder; "
+                 "capture: capture.json "
                  "or its folder; others: a file")
       ->required()
       ->type_name("FILE");
@@ -234,7 +235,8 @@ int main(int argc, char **argv) {
       ->type_name("AXIS");
   app.add_option("--frame-rate", a.rate, "frames per second; default 25")->type_name("N[/D]");
   app.add_option("--frames", a.frames, "first and last frame number, like 0-49; default 0")->type_name("A-B");
-  app.add_option("--size", a.size, "width and height of the pictures, for middlebury, krt and easymocap")
+  app.add_option("--size", a.size,
+                 "width and height of the pictures, for middlebury, krt, realitycapture and easymocap")
       ->type_name("WxH");
   app.add_option("--check", a.points, "lines X Y Z CAMERA_ID U V: tell how well the cameras explain them")
       ->type_name("FILE");

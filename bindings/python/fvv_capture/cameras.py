@@ -27,12 +27,13 @@ FORMATS = (
     "opencv",
     "panoptic",
     "qualisys",
+    "realitycapture",
     "toml",
 )
 UNITS = {"metres": 1.0, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254, "feet": 0.3048}
 #: Of formats with a file for each camera, those that are taken from a folder.
-_FILES = {"opencv": (".yml", ".yaml", ".xml", ".json"), "krt": (".txt", ".krt")}
-_LACKING_SIZE = "middlebury", "krt"
+_FILES = {"opencv": (".yml", ".yaml", ".xml", ".json"), "krt": (".txt", ".krt"), "realitycapture": (".xmp",)}
+_LACKING_SIZE = "middlebury", "krt", "realitycapture"
 _TAKING_SIZE = *_LACKING_SIZE, "easymocap"
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -66,6 +67,8 @@ def recognise(path: PathLike) -> str:
             return "nerfstudio"
         if (place / "intri.yml").exists() and (place / "extri.yml").exists():
             return "easymocap"
+        if any(file.suffix == ".xmp" for file in place.iterdir()):
+            return "realitycapture"
         if any(file.suffix in _FILES["opencv"] for file in place.iterdir()):
             return "opencv"
         raise Error(
@@ -94,6 +97,8 @@ def recognise(path: PathLike) -> str:
             return "opencv"
     elif "T_cn_cnm1" in start or re.search(r"^cam0:", start, re.M):
         return "kalibr"
+    elif place.suffix == ".xmp" or start.startswith("#name,x,y,alt,heading,pitch,roll,"):
+        return "realitycapture"
     elif place.suffix == ".toml" or re.search(r"^\[cam[\w.]*\]", start, re.M):
         return "toml"
     elif start.startswith("<") and "<document" in start and "<chunk" in start:

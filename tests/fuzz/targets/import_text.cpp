@@ -26,8 +26,8 @@ struct Folder {
     (void)rmdir(path.c_str());
   }
   void clear() const {
-    for (const char *name :
-         {"cameras.txt", "images.txt", "cameras.bin", "images.bin", "intri.yml", "extri.yml", "file"})
+    for (const char *name : {"cameras.txt", "images.txt", "cameras.bin", "images.bin", "intri.yml",
+                             "extri.yml", "file", "file.xmp"})
       (void)unlink((path + "/" + name).c_str());
   }
   std::string write(const char *name, const fuzz::Bytes &bytes) const {
@@ -66,7 +66,7 @@ FVV_FUZZ_TARGET(capture, fuzz::Form::bytes) {
 
 FVV_FUZZ_TARGET(calibrations, fuzz::Form::bytes) {
   fuzz::Input input(data, size);
-  const uint32_t kind = input.below(13);
+  const uint32_t kind = input.below(15);
   folder().clear();
   fvv::import::Calibration found;
   try {
@@ -115,6 +115,12 @@ FVV_FUZZ_TARGET(calibrations, fuzz::Form::bytes) {
       break;
     case 12:
       found = fvv::import::read_metashape(folder().write("file", input.rest()));
+      break;
+    case 13:
+      found = fvv::import::read_realitycapture({folder().write("file", input.rest())}, 640, 480);
+      break;
+    case 14:
+      found = fvv::import::read_realitycapture({folder().write("file.xmp", input.rest())}, 640, 480);
       break;
     default: {
       fvv::scene::Camera camera;

@@ -298,7 +298,17 @@ def test_calibrations(clip, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["easymocap", "kalibr", "metashape", "opencv_others", "panoptic_others", "toml"]
+    "name",
+    [
+        "easymocap",
+        "kalibr",
+        "metashape",
+        "opencv_others",
+        "panoptic_others",
+        "realitycapture",
+        "realitycapture_table",
+        "toml",
+    ],
 )
 def test_formats_are_recognised(name, tmp_path):
     sys.path.append(str(ROOT / "tests/tools"))
@@ -308,7 +318,9 @@ def test_formats_are_recognised(name, tmp_path):
     place = tmp_path if format == "opencv" else path
     if format != "panoptic":  # a list of cameras may be of many programs
         assert recognise(place) == format
-    size = (import_formats.WIDTH, import_formats.HEIGHT) if format == "easymocap" else None
+    size = (
+        (import_formats.WIDTH, import_formats.HEIGHT) if format in ("easymocap", "realitycapture") else None
+    )
     read = read_calibration(place, format=format, size=size).cameras
     assert [camera.name for camera in read] == [name for _, name, *_ in written]
     for camera, (_, _, one, _) in zip(read, written):
@@ -331,5 +343,7 @@ def test_wrong_calibrations(clip, tmp_path):
         read_calibration(folder, units="leagues")
     with pytest.raises(fvv.UsageError, match="size: expected width and height"):
         read_calibration(text, format="middlebury")
-    with pytest.raises(fvv.UsageError, match="size: expected for middlebury, krt, easymocap only"):
+    with pytest.raises(
+        fvv.UsageError, match="size: expected for middlebury, krt, realitycapture, easymocap only"
+    ):
         read_calibration(folder, size=(640, 480))

@@ -77,6 +77,10 @@ Calibration read_qualisys(const std::string &file);
 // say); ids by position, named after the picture.
 Calibration read_middlebury(const std::string &file, uint32_t width, uint32_t height);
 
+// Sidecars *.xmp of RealityCapture, a camera in each, or its table of internal and external camera
+// parameters; pictures all width by height (the files do not say); ids by position, named after the picture.
+Calibration read_realitycapture(const std::vector<std::string> &files, uint32_t width, uint32_t height);
+
 // What a format takes. extensions: of files, one for each camera, which a folder may hold; none: the format
 // takes one file, or one folder.
 struct Format {

@@ -15,7 +15,7 @@ const std::vector<Format> &formats() {
       {"middlebury", {}, Size::given},  {"krt", {".txt", ".krt"}, Size::given},
       {"panoptic", {}, Size::stated},   {"easymocap", {}, Size::either},
       {"toml", {}, Size::stated},       {"kalibr", {}, Size::stated},
-      {"metashape", {}, Size::stated},
+      {"metashape", {}, Size::stated},  {"realitycapture", {".xmp"}, Size::given},
   };
   return all;
 }
@@ -31,6 +31,7 @@ Calibration read(const Format &format, const std::vector<std::string> &files, ui
   const std::string name = format.name;
   if (name == "opencv") return read_opencv(files);
   if (name == "krt") return read_krt(files, width, height);
+  if (name == "realitycapture") return read_realitycapture(files, width, height);
   const std::string &file = files.at(0);
   if (name == "colmap") return read_colmap(file);
   if (name == "nerfstudio") return read_nerfstudio(file);
