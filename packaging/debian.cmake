@@ -47,4 +47,11 @@ set(CPACK_COMPONENT_TOOLS_DESCRIPTION "Streaming file format for free-viewpoint 
  fvvmux packs captures, fvvinfo inspects streams, fvvdemux unpacks, fvvrender
  draws, fvvserve serves, fvvrecover repairs, fvvimport reads calibrations,
  fvvcompare measures meshes and fvvsynth generates captures.")
+# Licences: of fvv, and of what is in the binaries or beside them.
+foreach(component library encoder dev tools)
+  string(TOUPPER ${component} upper)
+  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${CPACK_DEBIAN_${upper}_PACKAGE_NAME} COMPONENT ${component})
+  install(FILES ${PROJECT_SOURCE_DIR}/packaging/NOTICES DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${CPACK_DEBIAN_${upper}_PACKAGE_NAME}
+    COMPONENT ${component} RENAME copyright)
+endforeach()
 include(CPack)

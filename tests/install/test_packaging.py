@@ -7,9 +7,12 @@ import json
 import os
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
 
 SOURCE = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ["FVV_BUILD"])
@@ -75,6 +78,62 @@ def test_each_file_is_in_one_package_and_below_usr(packages):
     assert library == {f"libfvv.so.{SERIES}", f"libfvv.so.{VERSION}"}
     encoder = {Path(name).name for name, part in owner.items() if part == "encoder" and ".so" in name}
     assert encoder == {f"libfvv_encoder.so.{SERIES}", f"libfvv_encoder.so.{VERSION}"}
+
+
+def test_each_package_has_the_licences(packages, root):
+    for part, package in packages.items():
+        folder = root / "usr/share/doc" / PACKAGES[part]
+        assert (folder / "LICENSE").read_bytes() == (SOURCE / "LICENSE").read_bytes()
+        text = (folder / "copyright").read_text()
+        for words in ("Draco", "meshoptimizer", "Copyright (c) 2013-2022 Niels Lohmann", "x264"):
+            assert words in text, words
+        names = run("dpkg-deb", "-c", package)
+        assert f"./usr/share/doc/{PACKAGES[part]}/copyright" in names
+
+
+BINARIES = {"library": "libfvv.so", "encoder": "libfvv_encoder.so", "tools": "fvvmux"}
+
+
+@pytest.mark.parametrize("product", BINARIES)
+def test_a_bill_of_materials_is_valid_and_whole(root, tmp_path, product):
+    """Every library that dpkg says a package needs is in it."""
+    binary = next(
+        path for path in root.rglob(BINARIES[product]) if path.is_file() and "share" not in path.parts
+    )
+    bill = tmp_path / "bill.cdx.json"
+    run(
+        sys.executable,
+        SOURCE / "packaging/sbom.py",
+        "--product",
+        product,
+        "--name",
+        product,
+        "-o",
+        bill,
+        binary,
+    )
+    text = bill.read_text()
+    assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(text) is None
+    found = json.loads(text)
+    assert found["metadata"]["component"]["version"] == VERSION
+    by_name = {one["name"]: one for one in found["components"]}
+    assert {"draco", "meshoptimizer", "glibc"} <= by_name.keys()
+    assert all(one["licenses"] for one in found["components"])
+    if product != "library":
+        assert {"FFmpeg", "nlohmann-json", "stb"} <= by_name.keys()
+        codecs = run("ldd", binary)
+        expected = "GPL-2.0-or-later" if "libx264" in codecs or "libx265" in codecs else "LGPL-2.1-or-later"
+        assert by_name["FFmpeg"]["licenses"] == [{"license": {"id": expected}}]
+    assert ("CLI11" in by_name) == (product == "tools") and ("FFmpeg" in by_name) == (product != "library")
+
+
+def test_a_library_without_a_licence_ends_the_bill(tmp_path):
+    done = subprocess.run(
+        [sys.executable, SOURCE / "packaging/sbom.py", "--product", "tools", "--name", "x", "-o", tmp_path / "x", "/usr/bin/dpkg"],
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 1 and "components.json has no licence for lib" in done.stderr
+    assert not (tmp_path / "x").exists()
 
 
 def test_tools_of_an_unpacked_package_work(root, tmp_path):

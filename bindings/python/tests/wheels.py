@@ -1,5 +1,5 @@
 """Builds an sdist, from it a wheel with each Python that is given, installs each into a new virtual environment and uses it
-there, away from the sources. Without arguments: every Python from 3.9 to 3.14 that is on PATH or that pyenv has.
+there, away from the sources. What was used is written into build/wheels, with a bill of materials (packaging/sbom.py). Without arguments: every Python from 3.9 to 3.14 that is on PATH or that pyenv has.
 
     python bindings/python/tests/wheels.py [PYTHON...]
 """
@@ -9,10 +9,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
 VERSIONS = [f"3.{minor}" for minor in range(9, 15)]
 MOST_MIB = 3
+OUT = ROOT / "build/wheels"
 
 USE = """
 import pathlib, sys
@@ -84,11 +86,42 @@ def try_wheel(python, sdist, work):
     wheel = next(work.glob("fvv-*.whl"))
     size = wheel.stat().st_size / 2**20
     assert size <= MOST_MIB, f"{wheel.name}: expected at most {MOST_MIB} MiB, found {size:.2f}"
+    check_licences(wheel)
     user = environment(python, work / "use")
     run(user, "-m", "pip", "install", "-q", "--disable-pip-version-check", wheel, cwd=work)
     vectors = sorted((ROOT / "conformance/tiny").glob("*.fvv"))
     said = run(user, "-c", USE, *vectors, cwd=work)
     print(f"{version}: {wheel.name}, {size:.2f} MiB: {said}", flush=True)
+    keep(wheel, user)
+
+
+def check_licences(wheel):
+    """LICENSE and the notices of other projects are in it."""
+    with zipfile.ZipFile(wheel) as content:
+        texts = {
+            pathlib.Path(name).name: content.read(name) for name in content.namelist() if "/licenses/" in name
+        }
+    assert b"Apache License" in texts["LICENSE"] and b"meshoptimizer" in texts["NOTICES"], texts.keys()
+
+
+def keep(wheel, user):
+    """In build/wheels, with a bill of materials of its module."""
+    OUT.mkdir(parents=True, exist_ok=True)
+    shutil.copy(wheel, OUT)
+    module = run(user, "-c", "import fvv._core; print(fvv._core.__file__)", cwd=wheel.parent)
+    bill = OUT / f"{wheel.name}.cdx.json"
+    run(
+        sys.executable,
+        ROOT / "packaging/sbom.py",
+        "--product",
+        "python",
+        "--name",
+        "fvv",
+        "-o",
+        bill,
+        module,
+        cwd=ROOT,
+    )
 
 
 def main():
@@ -100,6 +133,8 @@ def main():
         run(builder, "-m", "pip", "install", "-q", "--disable-pip-version-check", "build", cwd=work)
         run(builder, "-m", "build", "--sdist", "--outdir", work, ROOT, cwd=work)
         sdist = next(work.glob("fvv-*.tar.gz"))
+        OUT.mkdir(parents=True, exist_ok=True)
+        shutil.copy(sdist, OUT)
         for i, python in enumerate(chosen):
             (work / str(i)).mkdir()
             try_wheel(python, sdist, work / str(i))
