@@ -17,6 +17,8 @@ from .workers import Cluster, Future, Pool, without_fvv
 
 #: Seconds between two looks at workers and at progress, while tasks are running.
 POLL = 1.0
+#: Seconds for the result of a task that has ended to arrive, before others are looked at.
+RESULT = 10.0
 #: Called with frames done and frames in all.
 Frames = Callable[[int, int], object]
 #: Called with the name of a stage, the part of it that is done, and seconds since it began.
@@ -110,7 +112,9 @@ class Run:
         arguments = (tasks.VERSION, task.call, *task.arguments)
         future = self._workers.submit(task.name, tasks.run, arguments, task.failed)
         self._count += 1
-        number = self._count
+        self._expect(self._count, task, future)
+
+    def _expect(self, number: int, task: Task, future: Future) -> None:
         self._pending[number] = (task, future)
         future.add_done_callback(lambda _: self._finished.put(number))
 
@@ -125,22 +129,26 @@ class Run:
                 continue
             while not self._finished.empty():
                 numbers.add(self._finished.get())
-            ended = [self._pending.pop(number) for number in numbers if number in self._pending]
-            for task, future in sorted(ended, key=lambda one: one[0].order):
+            ended = [(number, *self._pending.pop(number)) for number in numbers if number in self._pending]
+            for number, task, future in sorted(ended, key=lambda one: one[1].order):
                 outcome = self._outcome(task, future)
-                if outcome.error is None:
+                if outcome is None:
+                    self._expect(number, task, future)
+                elif outcome.error is None:
                     done(task, outcome.value)
                 else:
                     self._failed(task, outcome)
             self._look()
 
-    def _outcome(self, task: Task, future: Future) -> Outcome:
-        """Also of a task that never reached a worker, or whose worker is lost."""
+    def _outcome(self, task: Task, future: Future) -> Outcome | None:
+        """Also of a task that never reached a worker, or whose worker is lost. None: its result was lost with its worker on the
+        way here, and Dask repeats it."""
         try:
-            # It has ended; but its result may be lost with its worker on the way here.
-            outcome: Outcome = future.result(timeout=60)
+            outcome: Outcome = future.result(timeout=RESULT)
             self._workers.forget(future)
             return outcome
+        except (TimeoutError, asyncio.TimeoutError, concurrent.futures.TimeoutError) as error:
+            return Outcome(None, error=error) if future.done() else None
         except (concurrent.futures.CancelledError, asyncio.CancelledError) as error:
             raise Error(f"{task.name}: was cancelled by another than this call: {error}") from error
         except ModuleNotFoundError as error:
