@@ -1,7 +1,8 @@
-// The samples of the READMEs, as they are printed, in Chromium: they draw something.
+// The samples of the READMEs, as they are printed: their types are right, and in Chromium they draw something.
 
 import assert from "node:assert/strict";
-import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { spawnSync } from "node:child_process";
+import { cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
@@ -21,6 +22,46 @@ function listing(readme, language) {
   const text = readFileSync(join(js, readme), "utf8");
   return new RegExp(`\`\`\`${language}\\n([^]*?)\`\`\``).exec(text)[1];
 }
+
+const PACKAGES = ["decoder", "player", "three", "video-fallback"];
+
+/** A listing as a module: what parts of a page use without declaring it is declared. */
+function moduleOf(name, code) {
+  const isLine = /^\w+: /.test(code); // of an object
+  const whole = isLine ? `export const options = {\n${code.trim().replace(/;$/, "")}\n};` : code;
+  if (name === "player" || name === "three") return `${whole}\nexport {};\n`;
+  const declared = ["declare const source: string;", "declare function draw(...parts: unknown[]): void;"];
+  if (!/^import .* from "@fvv\/decoder";$/m.test(code)) declared.push('import { createDecoder } from "@fvv/decoder";');
+  if (!/const decoder\b/.test(code)) declared.push('declare const decoder: import("@fvv/decoder").Decoder;');
+  return `${declared.join("\n")}\n${whole}\nexport {};\n`;
+}
+
+test("samples of the READMEs have the types of the packages", () => {
+  const folder = mkdtempSync(join(tmpdir(), "fvv-types-"));
+  try {
+    mkdirSync(join(folder, "node_modules/@fvv"), { recursive: true });
+    const link = (name, target) => symlinkSync(join(js, target), join(folder, "node_modules", name));
+    for (const name of PACKAGES) link(`@fvv/${name}`, name);
+    for (const name of ["react", "react-dom", "three", "@types", "opus-decoder"]) link(name, `node_modules/${name}`);
+    const files = PACKAGES.flatMap((name) => {
+      const text = readFileSync(join(js, name, "README.md"), "utf8");
+      return [...text.matchAll(/```(?:js|ts|tsx|jsx)\n([^]*?)```/g)].map(([, code], i) => {
+        writeFileSync(join(folder, `${name}-${i}.tsx`), moduleOf(name, code));
+        return `${name}-${i}.tsx`;
+      });
+    });
+    assert.ok(files.length >= 8, `${files}`);
+    const options = "--noEmit --strict --target es2022 --lib es2023,dom,dom.iterable --jsx react-jsx --module esnext";
+    const found = spawnSync(
+      join(js, "node_modules/.bin/tsc"),
+      [...options.split(" "), "--moduleResolution", "bundler", "--types", "react", "--skipLibCheck", ...files],
+      { cwd: folder, encoding: "utf8" },
+    );
+    assert.equal(found.status, 0, found.stdout);
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+});
 
 describe("samples", { skip: missingBrowser("chromium") }, () => {
   let served, browser, scripts;

@@ -22,8 +22,9 @@ export class FvvObject3D extends Object3D {
   constructor(options: Options);
   /**
    * Shows the first mesh of a frame with its pictures, cameras, tiles and visibility. Decode with normals and
-   * visibility, as by default. The frame has to stay open until the promise is resolved; nothing of it is kept. Of several concurrent
-   * calls the last one shows its frame, and the others return false.
+   * visibility, as by default. The frame has to stay open until the promise is resolved. Clones of pictures that are not planes in
+   * memory stay open until the next frame, to be drawn again after a loss of the context. Of several concurrent calls the
+   * last one shows its frame, and the others return false.
    */
   show(frame: Frame): Promise<boolean>;
   /** The frame that is shown; null: none yet. */
@@ -41,6 +42,6 @@ export class FvvObject3D extends Object3D {
 /**
  * Sets viewer to the view of a camera of the stream, without the distortion of its lens. viewer is in the coordinates of the
  * stream, i.e. a child of the FvvObject3D or of an object with the same transform. near and far are kept; the projection is
- * valid until viewer.updateProjectionMatrix() is called.
+ * valid until viewer.updateProjectionMatrix() is called. A renderer with a reversed depth buffer has to be given.
  */
-export function lookThrough(viewer: PerspectiveCamera, camera: Camera): void;
+export function lookThrough(viewer: PerspectiveCamera, camera: Camera, renderer?: WebGLRenderer): void;

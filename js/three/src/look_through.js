@@ -4,19 +4,26 @@ import { Matrix4 } from "three";
 
 const turned = new Matrix4();
 
+/** The third row of a projection: depths from -1 to 1, or from 1, near, to 0. */
+function depthOf({ near, far, reversedDepth }) {
+  const length = far - near;
+  return reversedDepth ? [near / length, (far * near) / length] : [-(far + near) / length, (-2 * far * near) / length];
+}
+
 /**
  * viewer: a PerspectiveCamera in the coordinates of the stream, i.e. a child of the FvvObject3D or of an object with the
  * same transform. Its matrices become those of the camera, without the distortion of the lens; projectionMatrix is valid
- * until updateProjectionMatrix is called.
+ * until updateProjectionMatrix is called. renderer: with a reversed depth buffer, whose cameras have another projection.
  */
-export function lookThrough(viewer, camera) {
+export function lookThrough(viewer, camera, renderer = null) {
   const { rotation: r, translation: t, width, height, fx, fy, cx, cy, skew } = camera;
-  const { near, far } = viewer;
+  // The renderer does the same when it first draws with this viewer, and would then replace the matrix.
+  const isReversed = renderer?.state?.buffers.depth.getReversed?.();
+  if (isReversed !== undefined) viewer._reversedDepth = isReversed;
   // OpenGL's y points up and its z backward.
   turned.set(r[0], r[1], r[2], t[0], -r[3], -r[4], -r[5], -t[1], -r[6], -r[7], -r[8], -t[2], 0, 0, 0, 1).invert();
   turned.decompose(viewer.position, viewer.quaternion, viewer.scale);
   viewer.updateWorldMatrix(true, false);
-  const depth = [-(far + near) / (far - near), (-2 * far * near) / (far - near)];
   viewer.projectionMatrix.set(
     (2 * fx) / width,
     (-2 * skew) / width,
@@ -28,7 +35,7 @@ export function lookThrough(viewer, camera) {
     0,
     0,
     0,
-    ...depth,
+    ...depthOf(viewer),
     0,
     0,
     -1,

@@ -3,7 +3,10 @@
 import {
   blending,
   checkTexturing,
+  closePictures,
+  keepPictures,
   lensesOf,
+  loadKept,
   loadPictures,
   MAX_WEIGHT_TEXELS,
   nearPlaneOf,
@@ -45,6 +48,10 @@ in vec4 vertexColour;
 out vec3 vColour;
 #endif
 ${visibilityWeightsVertex}
+bool isPerspectiveMatrix(mat4 projection) {
+  return projection[2][3] == -1.0;
+}
+#include <logdepthbuf_pars_vertex>
 void main() {
   vPoint = position;
   vNormal = normal;
@@ -56,6 +63,7 @@ void main() {
 #endif
   passVisibilityWeights();
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  #include <logdepthbuf_vertex>
 }
 `;
 
@@ -72,10 +80,12 @@ const vec3 vColour = vec3(0.0);
 #endif
 layout(location = 0) out highp vec4 outColour;
 #define gl_FragColor outColour
+#include <logdepthbuf_pars_fragment>
 ${projection}
 ${blending}
 
 void main() {
+  #include <logdepthbuf_fragment>
 #ifdef ATLAS
   vec3 colour = atlasColour(atlas, vUv);
 #else
@@ -154,6 +164,8 @@ export class FvvObject3D extends Object3D {
   #mesh;
   #texturing;
   #turn = 0;
+  #kept = []; // pictures of the frame that is shown
+  #redraw = () => this.#drawAgain();
   #shown = { views: [], atlas: null };
 
   constructor({ renderer, ...texturing }) {
@@ -202,6 +214,8 @@ export class FvvObject3D extends Object3D {
       this.#material.uniformsNeedUpdate = true;
     };
     this.add(this.#mesh);
+    // After the renderer's own listener. What was uploaded or drawn into textures is lost.
+    renderer.domElement.addEventListener("webglcontextrestored", this.#redraw);
     this.frame = null;
     this.viewCount = 0;
   }
@@ -219,8 +233,22 @@ export class FvvObject3D extends Object3D {
     if (turn !== this.#turn) return false;
     this.frame = { number: frame.number, seconds: frame.seconds };
     this.#mesh.visible = frame.mesh !== null && frame.mesh.faceCount > 0;
-    if (this.#mesh.visible) this.#showMesh(frame, pictures);
+    closePictures(this.#kept);
+    this.#kept = [];
+    if (!this.#mesh.visible) return true;
+    this.#kept = keepPictures(pictures, frame);
+    this.#showMesh(frame, pictures);
     return true;
+  }
+
+  async #drawAgain() {
+    const turn = this.#turn;
+    if (!this.#mesh.visible) return;
+    const pictures = await loadKept(this.#kept);
+    if (turn !== this.#turn) return;
+    this.#pictures.show(this.#renderer, pictures);
+    this.#depths.render(this.#renderer, this.#shown.views);
+    this.dispatchEvent({ type: "restored" });
   }
 
   #showMesh(frame, pictures) {
@@ -305,6 +333,9 @@ export class FvvObject3D extends Object3D {
 
   dispose() {
     this.#turn++;
+    this.#renderer.domElement.removeEventListener("webglcontextrestored", this.#redraw);
+    closePictures(this.#kept);
+    this.#kept = [];
     this.#material.dispose();
     this.#geometry.dispose();
     this.#pictures.dispose();

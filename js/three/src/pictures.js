@@ -11,7 +11,6 @@ import {
   replicationOf,
 } from "@fvv/shading";
 import {
-  Camera,
   DataTexture,
   GLSL3,
   LinearFilter,
@@ -20,6 +19,7 @@ import {
   NearestFilter,
   NoBlending,
   NoColorSpace,
+  OrthographicCamera,
   PlaneGeometry,
   RedFormat,
   Scene,
@@ -183,5 +183,5 @@ export class PictureTexture {
   }
 }
 
-const noViewer = new Camera();
+const noViewer = new OrthographicCamera();
 const nothing = new Scene();

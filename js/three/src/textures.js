@@ -1,7 +1,6 @@
 // The textures that the shaders read beside the pictures: cameras, visibility weights, depth maps.
 
 import {
-  Camera,
   Color,
   DataTexture,
   DoubleSide,
@@ -10,6 +9,7 @@ import {
   Mesh,
   NearestFilter,
   NoBlending,
+  OrthographicCamera,
   RGBAFormat,
   Scene,
   ShaderMaterial,
@@ -110,7 +110,7 @@ export class DepthMaps {
   #plan = new DepthPlan();
   #material;
   #scene = new Scene();
-  #viewer = new Camera();
+  #viewer = new OrthographicCamera();
 
   constructor(geometry, viewTexture) {
     this.#material = new ShaderMaterial({

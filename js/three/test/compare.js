@@ -2,12 +2,52 @@
 
 import { createDecoder } from "@fvv/decoder";
 import { FvvObject3D, lookThrough } from "@fvv/three";
-import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
+import { Mesh, MeshBasicMaterial, PerspectiveCamera, PlaneGeometry, Scene, WebGLRenderer } from "three";
 
-const renderer = new WebGLRenderer({ antialias: false, preserveDrawingBuffer: true });
+const renderers = {};
+/** depth: "standard", "reversed" or "logarithmic". */
+function rendererOf(depth) {
+  renderers[depth] ??= new WebGLRenderer({
+    antialias: false,
+    preserveDrawingBuffer: true,
+    reversedDepthBuffer: depth === "reversed",
+    logarithmicDepthBuffer: depth === "logarithmic",
+  });
+  document.body.append(renderers[depth].domElement);
+  return renderers[depth];
+}
 const scene = new Scene();
 const viewer = new PerspectiveCamera(50, 1, 0.05, 100);
-document.body.append(renderer.domElement);
+
+/** Loses the context, and resolves when the object has been drawn into textures again. */
+async function renew(renderer, object) {
+  const restored = new Promise((done) => object.addEventListener("restored", done));
+  const lost = new Promise((done) => renderer.domElement.addEventListener("webglcontextlost", () => setTimeout(done)));
+  renderer.forceContextLoss();
+  await lost;
+  renderer.forceContextRestore();
+  await restored;
+}
+
+/** The fraction of the pixels with mask that a plane across the view hides, by its distance. */
+function hidden(renderer, distances, mask, size) {
+  const plane = new Mesh(new PlaneGeometry(1000, 1000), new MeshBasicMaterial({ color: 0xff00ff }));
+  viewer.add(plane);
+  const found = distances.map((distance) => {
+    plane.position.z = -distance;
+    renderer.render(scene, viewer);
+    const drawn = pixels(renderer.domElement, size);
+    let [count, covered] = [0, 0];
+    for (let i = 0; i < drawn.length; i += 4) {
+      if (mask[i] < 255) continue;
+      count++;
+      covered += drawn[i] === 255 && drawn[i + 1] === 0 && drawn[i + 2] === 255;
+    }
+    return covered / count;
+  });
+  viewer.remove(plane);
+  return found;
+}
 
 function pixels(source, { width, height }) {
   const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
@@ -52,18 +92,18 @@ function averaged(data, { width, height }, shrink) {
 
 /** The frame with the requested cameras and pictures only. */
 function part(frame, { only, pictures }) {
-  const { configuration, cameras, mesh, visibility, number, seconds } = frame;
+  const { configuration, cameras, mesh, visibility, number, seconds, samples } = frame;
   const camera = (id) => (only === undefined || only === id ? frame.camera(id) : null);
   const picture = (track) => (pictures ? frame.picture(track) : null);
   const tiles = (track) => frame.tiles(track);
-  return { configuration, cameras, mesh, visibility, number, seconds, camera, picture, tiles };
+  return { configuration, cameras, mesh, visibility, number, seconds, samples, camera, picture, tiles };
 }
 
 /**
  * cases: [{camera, picture, mask}], of fvvrender. only: the only camera that gives colour; pictures: false if they are lost;
  * turned: the object is moved, rotated and scaled; tracks: the selected tracks of video; own: options of the object; shrink:
  * pictures are drawn in a shrink-th of their size, as from far away, and compared with means of fvvrender's pixels; near: of the
- * viewer.
+ * viewer; depth: of the renderer; lose: it loses its context before it draws; planes: distances of planes for hidden().
  */
 window.compare = async ({
   file,
@@ -76,7 +116,11 @@ window.compare = async ({
   own = {},
   shrink = 1,
   near = 0.05,
+  depth = "standard",
+  lose = false,
+  planes = [],
 }) => {
+  const renderer = rendererOf(depth);
   viewer.near = near;
   const decoder = await createDecoder({
     source: file,
@@ -93,17 +137,22 @@ window.compare = async ({
   }
   scene.add(object.add(viewer));
   await object.show(part(frame, { only, pictures }));
+  if (lose) {
+    renderer.render(scene, viewer);
+    await renew(renderer, object);
+  }
   const results = [];
   for (const { camera: id, picture, mask } of cases) {
     const camera = frame.camera(id);
     const size = { width: camera.width / shrink, height: camera.height / shrink };
     renderer.setSize(size.width, size.height, false);
-    lookThrough(viewer, camera);
+    lookThrough(viewer, camera, renderer);
     renderer.render(scene, viewer);
     const drawn = pixels(renderer.domElement, size);
     const [wanted, inside] = await Promise.all([picture, mask].map((name) => reference(name, camera)));
     results.push({
       camera: id,
+      hidden: hidden(renderer, planes, inside, size),
       ...measure(
         drawn,
         averaged(wanted, camera, shrink),

@@ -186,6 +186,27 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     }
     assert.ok(greys[1] > 2 * greys[0], `grey pixels: ${greys}`);
   });
+  for (const depth of ["reversed", "logarithmic"])
+    test(`a renderer with a ${depth} depth buffer`, async () => {
+      const found = await compare("maps", 0, [0, 2], { ...maps, depth, planes: [0.2, 50] });
+      assertAlike(found);
+      for (const { hidden } of found.results) {
+        assert.equal(hidden[0], 1, "by a plane before the object");
+        assert.ok(hidden[1] < 0.02, `${hidden[1]} of the object by a plane beyond it`);
+      }
+      assertAlike(await compare("bits", 1, [0], { ...bits, depth }));
+    });
+  test("after a loss of the context", async () => {
+    const renewed = await browser.newPage(`${served.url}test/compare.html`);
+    await renewed.waitForSelector("[data-ready]");
+    const on = { browser: { troubles: [] }, page: renewed };
+    assertAlike(await compare("maps", 0, [0, 2], { ...maps, lose: true, on }));
+    assertAlike(await compare("bits", 1, [0], { ...bits, lose: true, on }));
+    await renewed.close();
+    // three.js frees objects of the former context.
+    const others = browser.troubles.splice(0).filter((text) => !text.includes("does not belong to this context"));
+    assert.deepEqual(others, []);
+  });
   test("from far away, levels of the pictures", async () => {
     const { results } = await compare("maps", 0, [0, 2], { ...maps, shrink: 8 });
     for (const { camera, psnr } of results) assert.ok(psnr > 30, `camera ${camera}: ${psnr.toFixed(1)} dB`);

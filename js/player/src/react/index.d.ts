@@ -35,7 +35,10 @@ type Settable =
   | "decoderOptions"
   | "controlsList";
 
-type Handler<Name extends keyof FvvPlayerEventMap> = (event: FvvPlayerEventMap[Name]) => void;
+/** The element dispatches its events itself. */
+type Handler<Name extends keyof FvvPlayerEventMap> = (
+  event: FvvPlayerEventMap[Name] & { readonly target: FvvPlayerElement },
+) => void;
 
 interface Listeners {
   onAbort?: Handler<"abort">;

@@ -73,6 +73,10 @@ void main() {
   vec3 at = toCamera(view, position);
   vDepth = at.z;
   gl_Position = toDepthMap(view, at, layerSize);
+#ifdef USE_REVERSED_DEPTH_BUFFER
+  // As three.js defines it: depths from 1, near, to 0.
+  gl_Position.z = 0.5 * (gl_Position.w - gl_Position.z);
+#endif
 }
 `;
 
