@@ -293,10 +293,12 @@ TEST_CASE("a bound of the frame's sides is kept") {
   }
   // What decoders take bounds it too: no second track.
   options.video_size = mux::TileSize{1920, 1080};
-  options.frame_limit = mux::FrameLimit{64, 192, 100000, "a test"};
-  CHECK(mux::make_plan(options, {}).tracks.size() == 1);
+  {
+    const mux::AssumedDecoder decoder({64, 192, 100000, "a test"});
+    CHECK(mux::make_plan(options, {}).tracks.size() == 1);
+  }
   options.video_size = mux::TileSize{64, 64};
-  options.frame_limit->width = 32; // less than any frame has
+  const mux::AssumedDecoder decoder({32, 192, 100000, "a test"}); // less than any frame has
   CHECK_THROWS_WITH(mux::make_plan(options, {}), "video-size: expected more for 3 cameras: margins and guard "
                                                  "bands alone take more than 64x64");
   CHECK(mux::parse_video_size("video-size", "1920x1080").height == 1080);

@@ -15,13 +15,17 @@
 
 namespace {
 
+// A decoder for which four pictures of 64x48 fill a frame.
+mux::FrameLimit limit_of(uint64_t pixels = 4 * 64 * 48) {
+  return {8192, 8192, pixels, "a test"};
+}
+
 // Five cameras with pictures of 64x48, whole: four of them fill a frame of 128x96, and three need one too.
 FileOptions spread(const Folder &folder, Shape shape = {}) {
   shape.sizes.assign(5, {64, 48});
   make_capture(folder, shape);
   FileOptions options = options_for(folder);
   options.quality = {false, 10};
-  options.frame_limit = mux::FrameLimit{8192, 8192, 4 * 64 * 48, "a test"};
   return options;
 }
 
@@ -93,12 +97,13 @@ TEST_CASE("the limit of a frame is that of the codec's level, of its rate, and o
 
 TEST_CASE("cameras that one frame cannot hold are spread over tracks, and come back") {
   const Folder folder;
+  const mux::AssumedDecoder decoder(limit_of());
   FileOptions options = spread(folder);
   options.verify = true;
   const mux::Report summary = mux_file(options);
   CHECK(cameras_of(mux::make_plan(options, {})) == std::vector<std::vector<size_t>>{{0, 1, 2}, {3, 4}});
   for (const mux::VideoTrackReport &track : summary.videos)
-    CHECK(track.width * track.height <= options.frame_limit->pixels);
+    CHECK(track.width * track.height <= limit_of().pixels);
   CHECK(!summary.warned);
   Stream stream(options.output);
   REQUIRE(stream.configuration().video_count == 2);
@@ -120,7 +125,7 @@ TEST_CASE("cameras that one frame cannot hold are spread over tracks, and come b
   CHECK(text.find("in 2 video tracks: at 25 frames/s a frame may have 8192x8192 and 12288 pixels (a test)") !=
         std::string::npos);
 
-  options.frame_limit->pixels = 1000000;
+  const mux::AssumedDecoder larger(limit_of(1000000));
   const nlohmann::ordered_json one = json_of(mux_file(options));
   CHECK(one["video"]["cameras"] == 5);
   CHECK(!one["video"].contains("track"));
@@ -128,17 +133,17 @@ TEST_CASE("cameras that one frame cannot hold are spread over tracks, and come b
 
 TEST_CASE("the sides of a frame are a limit too") {
   const Folder folder;
-  FileOptions options = spread(folder);
-  options.frame_limit = mux::FrameLimit{64, 96, 1000000, "a test"};
+  const mux::AssumedDecoder decoder({64, 96, 1000000, "a test"});
+  const FileOptions options = spread(folder);
   CHECK(cameras_of(mux::make_plan(options, {})) == std::vector<std::vector<size_t>>{{0, 1}, {2, 3}, {4}});
 }
 
 TEST_CASE("crops are spread the same way, each group with a layout of every track") {
   const Folder folder;
+  const mux::AssumedDecoder decoder(limit_of(3 * 48 * 48));
   FileOptions options = spread(folder, with_masks());
   options.crop = mux::Crop::automatic;
   options.tile_fill = mux::TileFill::flat;
-  options.frame_limit->pixels = 3 * 48 * 48;
   options.verify = true;
   const mux::Report summary = mux_file(options);
   CHECK(summary.videos.size() == 2);
@@ -155,8 +160,8 @@ TEST_CASE("crops are spread the same way, each group with a layout of every trac
 
 TEST_CASE("a camera that exceeds the limit alone has a track of its own, and a warning") {
   const Folder folder;
-  FileOptions options = spread(folder);
-  options.frame_limit->pixels = 64 * 48 - 1;
+  const mux::AssumedDecoder decoder(limit_of(64 * 48 - 1));
+  const FileOptions options = spread(folder);
   const mux::Report summary = mux_file(options);
   CHECK(summary.videos.size() == 5);
   CHECK(summary.warned);
@@ -166,7 +171,6 @@ TEST_CASE("neighbours share a track, on request") {
   // At 0, 90, 180, 270 and 360 degrees around the scene.
   const Folder folder;
   FileOptions options = spread(folder);
-  options.frame_limit.reset();
   using Sets = std::vector<std::vector<size_t>>;
   const auto sets = [&](const std::string &text) {
     options.video_tracks = mux::parse_video_tracks("video-tracks", text);
@@ -191,14 +195,15 @@ TEST_CASE("neighbours share a track, on request") {
 
 TEST_CASE("a set of neighbours that exceeds a frame is spread once more") {
   const Folder folder;
+  const mux::AssumedDecoder decoder(limit_of(2 * 64 * 48));
   FileOptions options = spread(folder);
   options.video_tracks = 2;
-  options.frame_limit->pixels = 2 * 64 * 48;
   CHECK(cameras_of(mux::make_plan(options, {})) == std::vector<std::vector<size_t>>{{0, 1}, {4}, {2, 3}});
 }
 
 TEST_CASE("tracks share a bit rate by their pixels") {
   const Folder folder;
+  const mux::AssumedDecoder decoder(limit_of());
   FileOptions options = spread(folder);
   options.bit_rate = 1000000;
   const mux::Report summary = mux_file(options);
@@ -211,6 +216,7 @@ TEST_CASE("tracks share a bit rate by their pixels") {
 
 TEST_CASE("fvvdemux writes the cameras of all tracks") {
   const Folder folder;
+  const mux::AssumedDecoder decoder(limit_of());
   const FileOptions options = spread(folder);
   mux_file(options);
   demux::Result result;

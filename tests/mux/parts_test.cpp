@@ -41,7 +41,6 @@ TEST_CASE("a plan that was saved is saved again with the same bytes") {
   options.frames = fvv::Range{1, 4};
   options.cameras = {"3", "13"};
   check();
-  options.frame_limit = mux::FrameLimit{512, 512, 1 << 18, "a test's"};
   options.step = mux::Length{0.01, true};
   options.max_error.reset();
   options.match_colours = mux::MatchColours::automatic;

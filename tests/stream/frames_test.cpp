@@ -1,7 +1,7 @@
 // Frames from pushed bytes: the same events for any split of the bytes, whole or damaged, and the same frames
 // as by random access.
 #include "base/layout.h"
-#include "fvv/frames.h"
+#include "stream/frames.h"
 #include "stream_fixture.h"
 
 #include <memory>
@@ -22,18 +22,22 @@ Frames frames_of(const How &how) {
   fvv_frames_options options;
   fvv_frames_options_default(&options);
   options.eager = how.eager;
-  options.detail = how.detail;
   fvv_frames *frames = nullptr;
   const fvv_status status = fvv_frames_create(&options, how.limits, how.allocator, &frames);
   REQUIRE(status == FVV_OK);
+  if (how.detail) fvv_frames_analyse(frames);
   if (how.join) REQUIRE(fvv_frames_join(frames) == FVV_OK);
   return Frames(frames, fvv_frames_destroy);
 }
 
 // One line for an event, with a digest of all bytes of a frame.
-std::string line_of(const fvv_frames_event &event) {
+std::string line_of(const fvv_frames *frames, const fvv_frames_event &event) {
   std::ostringstream out;
   out << event.offset << ' ';
+  if (event.kind == FVV_FRAMES_READ) {
+    out << "read " << fvv_frames_read(frames)->kind << (fvv_frames_begins_time(frames) ? " begins" : "");
+    return out.str();
+  }
   switch (event.kind) {
   case FVV_FRAMES_CONFIGURATION:
     out << "configuration " << event.configuration->track_count << (event.repeated ? " repeated" : "");
@@ -64,9 +68,6 @@ std::string line_of(const fvv_frames_event &event) {
   case FVV_FRAMES_END:
     out << "end";
     break;
-  case FVV_FRAMES_READ:
-    out << "read " << event.read->kind << (event.begins_time ? " begins" : "");
-    break;
   }
   return out.str();
 }
@@ -76,7 +77,8 @@ fvv_status pull(fvv_frames *frames, std::vector<std::string> &lines) {
   fvv_frames_event event;
   fvv_diagnostic diagnostic = {};
   fvv_status status;
-  while ((status = fvv_frames_next(frames, &event, &diagnostic)) == FVV_OK) lines.push_back(line_of(event));
+  while ((status = fvv_frames_next(frames, &event, &diagnostic)) == FVV_OK)
+    lines.push_back(line_of(frames, event));
   if (status < 0) lines.push_back("error " + std::to_string(status) + ' ' + diagnostic.message);
   return status;
 }

@@ -41,7 +41,7 @@ void read_all(const InputFile &file, fvv_checker *checker) {
     if (status >= 0) status = fvv_checker_finish(checker);
     if (status < 0 && status > FVV_ERROR_DAMAGED) require(status, {}, file.path());
     if (status < 0) return; // it is one of the problems
-    if (fvv_checker_restart(checker) != FVV_OK) return;
+    if (status != FVV_NEED_DATA) return;
   }
 }
 

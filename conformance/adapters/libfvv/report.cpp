@@ -154,7 +154,7 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
   const size_t piece = live ? 977 : std::max<size_t>(bytes.size(), 1);
   fvv_status status = check(created, bytes, piece);
   // A repetition of a damaged configuration block may come after the groups that need it.
-  if (status >= 0 && !live && fvv_checker_restart(created) == FVV_OK) {
+  if (status == FVV_NEED_DATA && !live) {
     seen = Seen();
     status = check(created, bytes, piece);
   }

@@ -17,7 +17,6 @@ Survey::Survey(const InputFile &file, const fvv_limits *limits) {
   fvv_frames_options options;
   fvv_frames_options_default(&options);
   options.eager = 0;
-  options.detail = 1;
   fvv_frames *created = nullptr;
   fvv::check(fvv_frames_create(&options, limits, nullptr, &created), file.path(), {});
   const std::unique_ptr<fvv_frames, decltype(&fvv_frames_destroy)> frames(created, fvv_frames_destroy);

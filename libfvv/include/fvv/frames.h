@@ -23,9 +23,6 @@ typedef struct fvv_frames_options {
    * that it is over; then the last frame of a stream that was cut is not reported. Frames with tracks that
    * rarely have chunks (environments) always wait. Default: 1. */
   int eager;
-  /* Non-zero, for analysis: events of the reader are reported too (FVV_FRAMES_READ), frames that are not
-   * whole as well, and payloads are not kept: they are only in the events of the reader. Default: 0. */
-  int detail;
 } fvv_frames_options;
 
 FVV_API void fvv_frames_options_default(fvv_frames_options *options);
@@ -38,7 +35,6 @@ typedef enum fvv_frames_kind {
   FVV_FRAMES_DAMAGE = 4,        /* bytes were passed over, or a rule is broken */
   FVV_FRAMES_END = 5,           /* the footer was read: the stream is complete */
   FVV_FRAMES_GROUP_END = 6,     /* the group is over; without its GEND chunk, where something else follows */
-  FVV_FRAMES_READ = 7,          /* detail: an event of the reader, before what it means is reported */
   FVV_FRAMES_BETWEEN = 8 /* chunks of tracks at a time that is no frame, or after its frame was reported:
                             sound, environments */
 } fvv_frames_kind;
@@ -63,12 +59,10 @@ typedef struct fvv_frames_event {
   uint32_t sequence, configuration_crc;   /* GROUP: its number, and the digest of its configuration */
   const fvv_frame_chunk *chunks;          /* FRAME, BETWEEN: in order of the stream */
   size_t chunk_count;
-  int whole; /* FRAME, BETWEEN: 1, with detail also 0; GROUP: its configuration is known; GROUP_END: no frame
-                of the group was left out */
+  int whole; /* FRAME, BETWEEN: 1; GROUP: its configuration is known; GROUP_END: no frame of the group was
+                left out */
   uint64_t skipped;          /* DAMAGE: bytes passed over; 0 when a rule is broken but no byte is lost */
   fvv_diagnostic diagnostic; /* DAMAGE */
-  const fvv_event *read;     /* READ */
-  int begins_time;           /* READ: the chunk is the first of a track at its time */
 } fvv_frames_event;
 
 /* options, limits, allocator NULL: defaults. */
@@ -84,8 +78,7 @@ FVV_API void fvv_frames_finish(fvv_frames *frames);
 FVV_API FVV_MUST_USE fvv_status fvv_frames_next(fvv_frames *frames, fvv_frames_event *event,
                                                 fvv_diagnostic *diagnostic);
 /* 1: *chunk is the first chunk of a type in the frame that is still arriving, so that what it needs can be
- * prepared; its payload is valid until the next call of another function, and NULL with detail. 0: there is
- * none yet. */
+ * prepared; its payload is valid until the next call of another function. 0: there is none yet. */
 FVV_API int fvv_frames_peek(const fvv_frames *frames, uint32_t type, fvv_frame_chunk *chunk);
 /* The configuration that holds for the frames that come; NULL: there is none, or the last block was wrong. */
 FVV_API const fvv_configuration *fvv_frames_configuration(const fvv_frames *frames);

@@ -216,11 +216,11 @@ FVV_API FVV_MUST_USE fvv_status fvv_checker_create(const fvv_check_options *opti
 FVV_API void fvv_checker_destroy(fvv_checker *checker);
 /* FVV_OK, or the final error after which further bytes are ignored; it is a problem as well. */
 FVV_API fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size);
+/* No more bytes will come. FVV_NEED_DATA: groups counted as lost because their configuration block is damaged
+ * or lost, and an intact repetition of it came later. A caller that can push the same bytes again, from the
+ * first on: the checker remembers the repetition, counts from the beginning and gives these groups as well.
+ * Without that, what it found so far holds. */
 FVV_API fvv_status fvv_checker_finish(fvv_checker *checker);
-/* After fvv_checker_finish. FVV_OK: groups counted as lost because their configuration block is damaged or
- * lost, and an intact repetition of it came later. The checker starts again and remembers the repetition:
- * push the same bytes again. FVV_END: a second reading would show nothing else. */
-FVV_API FVV_MUST_USE fvv_status fvv_checker_restart(fvv_checker *checker);
 /* The first 1000 problems in order of the stream; summary.problems counts all. Valid until destroy. */
 FVV_API size_t fvv_checker_problem_count(const fvv_checker *checker);
 FVV_API const fvv_diagnostic *fvv_checker_problem(const fvv_checker *checker, size_t i);

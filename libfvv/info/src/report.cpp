@@ -50,8 +50,7 @@ Report inspect(const Input &input, const Options &options) {
   report.checker.reset(checker);
   read_all(input, report);
   // A repetition of a damaged configuration block may come after the groups that need it.
-  if (report.status >= 0 && input.seekable && input.rewind() && fvv_checker_restart(checker) == FVV_OK)
-    read_all(input, report);
+  if (report.status == FVV_NEED_DATA && input.seekable && input.rewind()) read_all(input, report);
   // The callback refers to this local report: no more bytes are pushed.
   return report;
 }

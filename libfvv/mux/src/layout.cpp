@@ -47,8 +47,21 @@ constexpr Level levels[] = {
 
 } // namespace
 
+namespace {
+
+thread_local std::optional<FrameLimit> assumed_limit;
+
+} // namespace
+
+AssumedDecoder::AssumedDecoder(const FrameLimit &limit) : former(assumed_limit) {
+  assumed_limit = limit;
+}
+AssumedDecoder::~AssumedDecoder() {
+  assumed_limit = former;
+}
+
 FrameLimit decoder_limit(const Options &options, const fvv_rational &frame_duration) {
-  if (options.frame_limit) return *options.frame_limit;
+  if (assumed_limit) return *assumed_limit;
   for (const Level &level : levels) {
     if (level.codec != options.codec) continue;
     const double rate = double(level.per_second) * frame_duration.numerator / frame_duration.denominator;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace fvv::mux {
@@ -48,6 +49,18 @@ Tiling arrange_atlas(const Plan &plan, size_t rung);
 // Of the codec's highest level that decoders are sure to have (5.2 of H.264, HEVC, VP9 and AV1; sides alone
 // for stills), at this rate of frames; each side at most what browsers upload as a texture.
 FrameLimit decoder_limit(const Options &options, const fvv_rational &frame_duration);
+
+// A seam for tests: in place of decoder_limit, for plans that this thread makes while the object lives.
+class AssumedDecoder {
+public:
+  explicit AssumedDecoder(const FrameLimit &limit);
+  ~AssumedDecoder();
+  AssumedDecoder(const AssumedDecoder &) = delete;
+  AssumedDecoder &operator=(const AssumedDecoder &) = delete;
+
+private:
+  const std::optional<FrameLimit> former;
+};
 
 // The same for the frames with tiles of cameras, and no more than the options ask for.
 FrameLimit frame_limit(const Options &options, const fvv_rational &frame_duration);

@@ -198,6 +198,13 @@ struct BadFrame {
   std::string reason; // with the file
 };
 
+// Of a video frame, in pixels. name: whose limit it is.
+struct FrameLimit {
+  uint32_t width, height;
+  uint64_t pixels;
+  std::string name;
+};
+
 // Made once, and passed on as const: encoding changes nothing of it. Of frames in memory, which are not known
 // at first, extend_plan adds groups between the encoding of two groups.
 struct Plan {

@@ -436,7 +436,7 @@ void check_input(const InputFile &file, const std::function<void(uint64_t)> &pro
     return fvv_checker_finish(checker.get());
   };
   fvv_status status = read(true);
-  if (status == FVV_OK && fvv_checker_restart(checker.get()) == FVV_OK) status = read(false);
+  if (status == FVV_NEED_DATA) status = read(false);
   if (status == FVV_ERROR_MEMORY) throw std::bad_alloc();
   const fvv_check_summary *summary = fvv_checker_summary(checker.get());
   result.bytes_read = input.size;

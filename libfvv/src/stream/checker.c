@@ -383,6 +383,7 @@ struct fvv_checker {
   fvv_limits limits;
   fvv_check_options options;
   fvv_frames *frames;
+  int reads_again;                        /* finish found groups that a second reading gives */
   const fvv_configuration *configuration; /* the last one that was good, NULL: none yet */
   uint64_t block;                         /* number of the configuration that holds, from 1 */
   fvv_check_summary summary;
@@ -416,12 +417,13 @@ fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits
   fvv_frames_options frames;
   fvv_frames_options_default(&frames);
   frames.eager = 0;
-  frames.detail = 1;
   const fvv_status status = fvv_frames_create(&frames, limits, &chosen, &c->frames);
   if (status < 0) {
     fvv_checker_destroy(c);
     *checker = NULL;
+    return status;
   }
+  fvv_frames_analyse(c->frames);
   return status;
 }
 
@@ -435,9 +437,9 @@ static void reset_tracks(fvv_checker *c) {
   c->tracks.size = 0;
 }
 
-fvv_status fvv_checker_restart(fvv_checker *checker) {
-  fvv_checker *c = checker;
-  if (c->failed || !fvv_frames_missed_groups(c->frames)) return FVV_END;
+/* Everything but the configuration blocks, which fvv_frames remembers. */
+static fvv_status restart(fvv_checker *c) {
+  c->reads_again = 0;
   reset_tracks(c);
   c->problems.size = c->runs.size = 0;
   memset(&c->summary, 0, sizeof c->summary);
@@ -688,9 +690,9 @@ static fvv_status count_frame(fvv_checker *c, int64_t time) {
 }
 
 static fvv_status take_event(fvv_checker *c, const fvv_frames_event *event) {
+  if (event->kind == FVV_FRAMES_READ)
+    return take_read(c, fvv_frames_read(c->frames), fvv_frames_begins_time(c->frames));
   switch (event->kind) {
-  case FVV_FRAMES_READ:
-    return take_read(c, event->read, event->begins_time);
   case FVV_FRAMES_CONFIGURATION:
     c->configuration = event->configuration;
     c->block++;
@@ -719,7 +721,8 @@ static fvv_status pull(fvv_checker *c) {
     status = take_event(c, &event);
     if (status < 0) {
       fvv_fail(&diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0,
-               event.read ? event.read->chunk.type : 0, event.offset, "%s", fvv_status_text(status));
+               event.kind == FVV_FRAMES_READ ? fvv_frames_read(c->frames)->chunk.type : 0, event.offset, "%s",
+               fvv_status_text(status));
       break;
     }
   }
@@ -731,6 +734,7 @@ static fvv_status pull(fvv_checker *c) {
 }
 
 fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size) {
+  if (checker->reads_again) (void)restart(checker);
   checker->summary.bytes += size;
   if (checker->failed) return checker->failed;
   const fvv_status status = fvv_frames_push(checker->frames, bytes, size);
@@ -742,8 +746,10 @@ fvv_status fvv_checker_finish(fvv_checker *checker) {
     fvv_frames_finish(checker->frames);
     checker->failed = pull(checker);
   }
-  if (!checker->summary.has_footer && !checker->failed) checker->summary.truncated = 1;
-  return checker->failed;
+  if (checker->failed) return checker->failed;
+  if (!checker->summary.has_footer) checker->summary.truncated = 1;
+  checker->reads_again = fvv_frames_missed_groups(checker->frames);
+  return checker->reads_again ? FVV_NEED_DATA : FVV_OK;
 }
 
 size_t fvv_checker_problem_count(const fvv_checker *checker) {

@@ -35,6 +35,7 @@ struct fvv_frames {
   fvv_allocator allocator;
   fvv_limits limits;
   fvv_frames_options options;
+  int analyses; /* fvv_frames_analyse */
   fvv_reader *reader;
   fvv_event_source source; /* NULL: the reader */
   void *source_user;
@@ -266,7 +267,7 @@ static int is_frame_chunk(const fvv_frames *f) {
 static void close_frame(fvv_frames *f, fvv_frames_event *out) {
   open_frame *frame = &f->frame;
   frame->is_open = 0;
-  if (f->lost && !f->options.detail) return;
+  if (f->lost && !f->analyses) return;
   fvv_frame_chunk *chunks = (fvv_frame_chunk *)frame->chunks.data;
   out->kind = FVV_FRAMES_BETWEEN;
   out->offset = frame->offset;
@@ -277,7 +278,7 @@ static void close_frame(fvv_frames *f, fvv_frames_event *out) {
   const uint8_t *payload = frame->payloads.data;
   for (size_t i = 0; i < out->chunk_count; i++) {
     if (fvv_makes_frame(chunks[i].header.type)) out->kind = FVV_FRAMES_FRAME;
-    if (f->options.detail) continue;
+    if (f->analyses) continue;
     chunks[i].payload = payload;
     payload += fvv_padded(chunks[i].header.size);
   }
@@ -291,10 +292,10 @@ int fvv_frames_peek(const fvv_frames *f, uint32_t type, fvv_frame_chunk *chunk) 
   for (size_t i = 0; i < count; i++) {
     if (chunks[i].header.type == type) {
       *chunk = chunks[i];
-      chunk->payload = f->options.detail ? NULL : payload;
+      chunk->payload = f->analyses ? NULL : payload;
       return 1;
     }
-    if (!f->options.detail) payload += fvv_padded(chunks[i].header.size);
+    if (!f->analyses) payload += fvv_padded(chunks[i].header.size);
   }
   return 0;
 }
@@ -330,11 +331,21 @@ static int is_complete(const fvv_frames *f) {
   return present != 0;
 }
 
+void fvv_frames_analyse(fvv_frames *frames) {
+  frames->analyses = 1;
+}
+const fvv_event *fvv_frames_read(const fvv_frames *frames) {
+  return &frames->event;
+}
+int fvv_frames_begins_time(const fvv_frames *frames) {
+  return is_frame_chunk(frames) && !frames->frame.is_open;
+}
+
 static fvv_status add_frame_chunk(fvv_frames *f, fvv_frames_event *out) {
   static const uint8_t padding[8] = {0};
   const fvv_event *event = &f->event;
   open_frame *frame = &f->frame;
-  if (f->lost && !f->options.detail) return FVV_OK;
+  if (f->lost && !f->analyses) return FVV_OK;
   if (!frame->is_open) {
     frame->is_open = 1;
     frame->time = event->chunk.time;
@@ -344,7 +355,7 @@ static fvv_status add_frame_chunk(fvv_frames *f, fvv_frames_event *out) {
   const fvv_frame_chunk chunk = {event->chunk, event->offset, NULL};
   const size_t size = (size_t)event->chunk.size;
   fvv_status status = fvv_bytes_append(&frame->chunks, &chunk, sizeof chunk);
-  if (status == FVV_OK && !f->options.detail) {
+  if (status == FVV_OK && !f->analyses) {
     status = fvv_bytes_append(&frame->payloads, event->payload, size);
     if (status == FVV_OK) status = fvv_bytes_append(&frame->payloads, padding, fvv_padded(size) - size);
   }
@@ -416,12 +427,10 @@ static fvv_status work_off(fvv_frames *f, fvv_frames_event *out) {
 static fvv_status step(fvv_frames *f, fvv_frames_event *out) {
   const fvv_status status = end_former(f, out);
   if (status < 0 || out->kind) return status;
-  if (f->options.detail && !f->is_reported) {
+  if (f->analyses && !f->is_reported) {
     f->is_reported = 1;
     out->kind = FVV_FRAMES_READ;
     out->offset = f->event.offset;
-    out->read = &f->event;
-    out->begins_time = is_frame_chunk(f) && !f->frame.is_open;
     return FVV_OK;
   }
   f->has_event = 0;

@@ -1,7 +1,7 @@
 // Push decoding to whole frames: any split gives the same ones, in both modes, after a seek and a late join.
 #include "../fuzz.h"
 
-#include "fvv/frames.h"
+#include "stream/frames.h"
 
 #include <algorithm>
 
@@ -68,12 +68,13 @@ FVV_FUZZ_TARGET(frames, fuzz::Form::stream) {
   fvv_frames_options options;
   fvv_frames_options_default(&options);
   options.eager = random.below(2) != 0;
-  options.detail = random.below(4) == 0;
+  const bool analyses = random.below(4) == 0;
   const bool join = random.below(4) == 0;
   Outcome outcomes[2];
   for (int i = 0; i < 2; i++) {
     fvv_frames *frames = nullptr;
     fuzz::expect(fvv_frames_create(&options, nullptr, nullptr, &frames) == FVV_OK, "frames are created");
+    if (analyses) fvv_frames_analyse(frames);
     if (join) fuzz::expect(fvv_frames_join(frames) == FVV_OK, "new frames join");
     outcomes[i] = read(frames, data, size, i ? &random : nullptr);
     if (i && outcomes[i].status == FVV_END) {

@@ -74,13 +74,6 @@ struct Observer {
   }
 };
 
-// Of a video frame, in pixels. name: whose limit it is.
-struct FrameLimit {
-  uint32_t width, height;
-  uint64_t pixels;
-  std::string name;
-};
-
 // automatic: where the source's differ from computed ones.
 enum class Normals { automatic, always, never };
 
@@ -160,9 +153,8 @@ struct Options {
   uint32_t sound_bit_rate = 0;  // of each track; 0: packets of Opus and AAC-LC stay, others by their channels
   uint32_t sound_channels = 2;  // at most, of sound that is encoded; of placed sound 1
   uint64_t video_pixels = 0;    // of the frame with the cameras' tiles, at most; 0: any
-  std::optional<TileSize> video_size;    // likewise, of its sides
-  uint32_t video_tracks = 1;             // for sets of neighbouring cameras; each camera alone: UINT32_MAX
-  std::optional<FrameLimit> frame_limit; // in place of the limits of decoders; for tests
+  std::optional<TileSize> video_size; // likewise, of its sides
+  uint32_t video_tracks = 1;          // for sets of neighbouring cameras; each camera alone: UINT32_MAX
 };
 
 // Without an option: 42 dB, or lossless.

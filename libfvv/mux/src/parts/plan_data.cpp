@@ -236,7 +236,7 @@ private:
       if (const std::string text = option.text(options);
           option.is_planned && !option.is_list && text != option.text(defaults))
         texts[option.name] = option.is_flag() && text.empty() ? "off" : text;
-    return Cbor::array({saved(options.capture), saved(options.cameras), saved(options.frame_limit), texts});
+    return Cbor::array({saved(options.capture), saved(options.cameras), texts});
   }
   static Cbor saved_object(std::vector<uint8_t> &value) { return Cbor::binary(value); }
   template <class T> static Cbor saved_object(std::vector<T> &value) { return saved_items(value); }
@@ -294,8 +294,7 @@ private:
   static void load_object(const Cbor &saved, Options &options) {
     load(saved.at(0), options.capture);
     load(saved.at(1), options.cameras);
-    load(saved.at(2), options.frame_limit);
-    for (const auto &[name, text] : saved.at(3).items())
+    for (const auto &[name, text] : saved.at(2).items())
       set_option(options, name, text.get_ref<const std::string &>());
     fill_in(options);
   }
