@@ -224,13 +224,13 @@ TEST_CASE("what does not fit an atlas is refused before work starts") {
       return error.in(fvv::Spelling::command_line);
     }
   };
-  const std::string meshes = R"("meshes": {"pattern": "a.ply"}, "atlas": )";
+  const std::string meshes = R"("meshes": {"pattern": "a.drc"}, "atlas": )";
   CHECK(refusal(R"("atlas": {"embedded": true})") == "c: /atlas: expected meshes wherever there is an atlas");
   CHECK(refusal(meshes + "{}") == "c: /atlas: expected pictures or embedded, found neither");
   CHECK(refusal(meshes + R"({"pictures": "a.png", "embedded": true})") ==
         "c: /atlas: expected pictures or embedded, found both");
   CHECK(refusal(meshes + R"({"embedded": true})") ==
-        "c: /atlas/embedded: expected meshes in .glb, .gltf or .obj files, found \"a.ply\"");
+        "c: /atlas/embedded: expected meshes in .glb, .gltf, .obj or .ply files, found \"a.drc\"");
   CHECK(refusal(meshes + R"({"pictures": "a.png", "texture_bits": 17})")
             .find("c: /atlas/texture_bits: expected") == 0);
   CHECK(refusal(meshes + R"({"pictures": "a.png", "texture_bits": 16})").empty());

@@ -2,6 +2,7 @@
 #include "fvv_scene/capture.h"
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/memory_frames.h"
+#include "scene/src/atlas/atlas.h"
 #include "scene/src/gltf/pose.h"
 
 #include <algorithm>
@@ -190,11 +191,15 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
   const std::string path = capture.mesh_path(frame);
   const auto read = [&] {
     MeshCache::Loaded loaded;
-    const bool texture = capture.atlas.has_value();
-    loaded.mesh = capture.memory      ? capture.memory->mesh(frame, normals)
-                  : capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), limits,
-                                                                &loaded.report, texture, normals)
-                                      : read_mesh(path, limits, &loaded.report, texture, normals);
+    const bool texture = capture.atlas.has_value(), packs = texture && !capture.atlas->pictures;
+    FacePictures faces;
+    MeshExtras pictures; // asks an animation for them
+    loaded.mesh = capture.memory ? capture.memory->mesh(frame, normals)
+                  : capture.animation
+                      ? capture.animation->mesh(path, capture.animation_time(frame), limits, &loaded.report,
+                                                texture, normals, packs ? &pictures : nullptr)
+                  : packs ? read_mesh_pictures(path, limits, &loaded.report, normals, faces)
+                          : read_mesh(path, limits, &loaded.report, texture, normals);
     for (double &coordinate : loaded.mesh.positions) coordinate *= capture.metres_per_unit;
     return loaded;
   };
@@ -259,7 +264,10 @@ const gltf::Scene &MeshAnimation::read(const std::string &path, gltf::Texture te
 Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report,
                          bool texture, bool normals, MeshExtras *extras) const {
   const gltf::Scene &source = read(path, gltf::texture_for(texture, extras), normals);
-  Mesh out = gltf::pose(source, time, extras);
+  Mesh out = gltf::pose(source, time, texture ? nullptr : extras);
+  if (texture)
+    settle_texture(out, extras ? gltf::face_pictures(source) : FacePictures(), limits_or_default(limits),
+                   path);
   const fvv_limits bounds = limits_or_default(limits);
   if (out.vertex_count() > bounds.max_vertices || out.face_count() > bounds.max_faces)
     throw Error(path + ": " + std::to_string(out.vertex_count()) + " vertices and " +

@@ -441,10 +441,19 @@ void visit_mesh(const std::string &path, bool with_picture, const Visit &visit) 
   try {
     if (is_gltf(path)) {
       beside = gltf::external_files(read_file(path, max_mesh_file), path);
+    } else if (with_picture && lower(path.substr(path.size() - std::min<size_t>(4, path.size()))) == ".ply") {
+      FacePictures faces;
+      parse_ply_pictures(read_file(path, max_mesh_file), path, nullptr, nullptr, false, faces);
+      for (const FacePicture &one : faces.pictures)
+        if (!one.is_colour()) beside.push_back(one.name);
     } else if (with_picture) {
       const ObjMaterials materials = parse_obj_materials(read_file(path, max_mesh_file), path);
       beside = materials.libraries;
+      FacePictures faces;
       if (materials.picture) beside.push_back(*materials.picture);
+      parse_obj_pictures(read_file(path, max_mesh_file), path, nullptr, nullptr, false, faces);
+      for (const FacePicture &one : faces.pictures)
+        if (!one.is_colour() && one.name != materials.picture) beside.push_back(one.name);
     }
   } catch (const Error &) {}
   for (const std::string &file : beside) visit(file);

@@ -379,7 +379,7 @@ Atlas read_atlas(const JsonValue &value, const Capture &capture) {
   } else {
     if (!embedded->boolean()) embedded->fail("expected true, or pictures in its place");
     if (!may_bring_picture(capture.meshes->text()))
-      embedded->fail("expected meshes in .glb, .gltf or .obj files, found \"" + capture.meshes->text() +
+      embedded->fail("expected meshes in .glb, .gltf, .obj or .ply files, found \"" + capture.meshes->text() +
                      "\"");
   }
   if (const auto bits = value.find("texture_bits"))

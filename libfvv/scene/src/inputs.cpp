@@ -1,8 +1,10 @@
 // From options and folders of other programs to the text of a capture.json, which is then read as any other.
 #include "fvv_scene/inputs.h"
+#include "fvv_cxx/format.h"
 #include "fvv_scene/capture_keywords.h"
 #include "fvv_scene/file_io.h"
 #include "fvv_scene/import.h"
+#include "scene/src/atlas/atlas.h"
 #include "scene/src/capture_fields.h"
 #include "scene/src/gltf/scene.h"
 
@@ -425,6 +427,23 @@ void check_pictures(const Capture &capture) {
                     "; name them with " + option_name(option) + " '" + folder + "/{name}/%04d.png'");
 }
 
+// Says so where the pictures of a mesh are too large together for one atlas.
+void note_scale(const std::string &path, std::vector<std::string> &notes) {
+  FacePictures faces;
+  try {
+    read_mesh_pictures(path, nullptr, nullptr, false, faces);
+    if (faces.pictures.size() < 2) return;
+    const AtlasLayout layout = lay_out_atlas(faces, path);
+    if (layout.scale < 1)
+      notes.push_back(path + ": its " + std::to_string(faces.pictures.size()) +
+                      " pictures are packed into one atlas of " + std::to_string(layout.width) + "x" +
+                      std::to_string(layout.height) + " pixels, with " + fvv::format("%g", layout.scale) +
+                      " of their width and height");
+  } catch (const Error &) {
+    // Those who read the mesh and the picture report it.
+  }
+}
+
 // Whether the meshes bring a picture: the first that is not empty, or, so that one without does not decide
 // for all, any other. notes: why there may be none.
 bool brings_picture(const Pattern &meshes, const Frames &frames, std::vector<std::string> &notes) {
@@ -435,12 +454,30 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, std::vector<std
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) continue; // is said when all files are checked
     if (is_gltf(path)) {
-      if (facts_of(path).base_colour) return true;
+      if (facts_of(path).base_colour) {
+        note_scale(path, notes);
+        return true;
+      }
+    } else if (is_one_of(path, {".ply"})) {
+      const std::vector<std::string> pictures = ply_pictures(read_file(path, max_mesh_file), path);
+      if (!pictures.empty()) {
+        const fs::path folder = fs::path(path).parent_path();
+        if (fs::is_regular_file(folder / pictures[0], ignored)) {
+          note_scale(path, notes);
+          return true;
+        }
+        notes.push_back(path + ": has no picture: that of its comment TextureFile, " + quote(pictures[0]) +
+                        ", is missing; the atlas option names one");
+        return false;
+      }
     } else if (!is_empty_mesh(path)) {
       const std::string bytes = read_file(path, max_mesh_file);
       if (is_first || bytes.find("mtllib") != bytes.npos) {
         const ObjMaterials materials = parse_obj_materials(bytes, path);
-        if (materials.picture) return true;
+        if (materials.picture) {
+          note_scale(path, notes);
+          return true;
+        }
         if (is_first)
           for (const std::string &missing : materials.missing)
             notes.push_back(path + ": has no picture: " + missing + "; the atlas option names one");
@@ -537,7 +574,7 @@ void check_inputs(const Inputs &inputs) {
   if (!inputs.atlas.empty()) {
     if (inputs.meshes.empty()) refuse("atlas", option_name("meshes") + " too", inputs.atlas);
     if (inputs.atlas == embedded && !may_bring_picture(inputs.meshes))
-      refuse("atlas", "embedded for .glb, .gltf and .obj files only", inputs.meshes);
+      refuse("atlas", "embedded for .glb, .gltf, .obj and .ply files only", inputs.meshes);
     if (is_pattern_of_atlas(inputs.atlas)) source_of("atlas", inputs.atlas);
   }
   for (const auto &[option, text] :

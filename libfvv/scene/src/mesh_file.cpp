@@ -4,6 +4,7 @@
 #include "fvv_cxx/input_file.h"
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/file_io.h"
+#include "scene/src/atlas/atlas.h"
 #include "scene/src/gltf/pose.h"
 #include "scene/src/mesh_build.h"
 
@@ -46,7 +47,9 @@ Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *re
                      : is_gltf(path)                                ? parse_gltf
                                                                     : nullptr;
   if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .draco, .glb or .gltf");
-  return parse(read_file(path, max_mesh_file), path, limits, report, texture, normals, extras);
+  Mesh mesh = parse(read_file(path, max_mesh_file), path, limits, report, texture, normals, extras);
+  if (texture) settle_texture(mesh, {}, limits_or_default(limits), path);
+  return mesh;
 }
 
 Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
@@ -55,6 +58,15 @@ Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limit
                                              gltf::texture_for(texture, extras), normals);
   if (report) report->lines_and_points += scene.report.lines_and_points;
   return gltf::pose(scene, std::nullopt, extras);
+}
+
+Mesh parse_gltf_pictures(std::string_view bytes, const std::string &name, const fvv_limits *limits,
+                         MeshReport *report, bool normals, FacePictures &faces) {
+  const gltf::Scene scene = gltf::read_scene(bytes, name, gltf::NoAnimation{}, limits_or_default(limits),
+                                             gltf::Texture::pictures, normals);
+  if (report) report->lines_and_points += scene.report.lines_and_points;
+  faces = gltf::face_pictures(scene);
+  return gltf::pose(scene, std::nullopt);
 }
 
 bool is_empty_mesh(const std::string &path) {
@@ -91,18 +103,28 @@ std::string parse_gltf_picture(std::string_view bytes, const std::string &name) 
 }
 
 bool may_bring_picture(const std::string &path) {
-  return is_gltf(path) || extension_of(path) == ".obj";
+  return is_gltf(path) || extension_of(path) == ".obj" || extension_of(path) == ".ply";
 }
 
 std::string read_mesh_picture(const std::string &path) {
-  if (!may_bring_picture(path)) fail_extension(path, extension_of(path), ".glb, .gltf or .obj");
+  if (!may_bring_picture(path)) fail_extension(path, extension_of(path), ".glb, .gltf, .obj or .ply");
   const std::string bytes = read_file(path, max_mesh_file);
-  if (is_gltf(path)) return parse_gltf_picture(bytes, path);
+  FacePictures faces;
+  if (is_gltf(path)) {
+    faces = gltf::face_pictures(gltf::read_scene(bytes, path, gltf::NoAnimation{}, limits_or_default(nullptr),
+                                                 gltf::Texture::pictures));
+    return faces.has_picture() ? atlas_picture(faces, path) : parse_gltf_picture(bytes, path);
+  }
+  if (extension_of(path) == ".ply") {
+    parse_ply_pictures(bytes, path, nullptr, nullptr, false, faces);
+    return atlas_picture(faces, path);
+  }
   const std::optional<std::string> picture = parse_obj_materials(bytes, path).picture;
   if (!picture) throw Error(path + ": expected faces of a material with map_Kd, found none");
   if (const std::string why = why_unreadable(*picture); !why.empty())
     throw Error(path + ": expected the picture " + quote(*picture) + " of map_Kd, which " + why);
-  return read_file(*picture, max_mesh_picture);
+  parse_obj_pictures(bytes, path, nullptr, nullptr, false, faces);
+  return atlas_picture(faces, path);
 }
 
 std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name) {

@@ -6,6 +6,7 @@
 #include "fvv_scene/file_io.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <optional>
@@ -183,12 +184,62 @@ MaterialPictures parse_mtl(std::string_view bytes, const std::string &name) {
   return MtlReader(name).read(bytes);
 }
 
-ObjMaterials read_materials(const std::string &obj, const std::vector<std::string_view> &libraries,
-                            const std::vector<std::string_view> &used) {
-  ObjMaterials out;
+std::map<std::string, std::array<uint8_t, 3>, std::less<>> parse_mtl_colours(std::string_view bytes) {
+  std::map<std::string, std::array<uint8_t, 3>, std::less<>> out;
+  std::string material;
+  for (std::string_view rest, word; next_line(bytes, rest);) {
+    if (!next_word(rest, word)) continue;
+    const std::string keyword = lower(word);
+    if (keyword == "newmtl") material = trimmed(rest);
+    if (keyword != "kd") continue;
+    std::array<uint8_t, 3> colour = {};
+    bool is_colour = true;
+    for (uint8_t &value : colour) {
+      double number = 0;
+      is_colour = is_colour && next_word(rest, word) && parse_double(word, number);
+      value = uint8_t(std::floor(std::clamp(number, 0.0, 1.0) * 255 + 0.5));
+    }
+    if (is_colour) out.emplace(material, colour);
+  }
+  return out;
+}
+
+std::string picture_path(const std::string &mesh, const std::string &folder, const std::string &name,
+                         const std::string &where) {
+  const fs::path own = fs::path(mesh).parent_path(),
+                 path = find_file(folder, as_name(name)).lexically_normal();
+  // The author of a file must not choose what else is read.
+  if (name.find('\0') != name.npos || (!is_below(own, path) && !is_beside(own, path)))
+    throw Error(where + ": expected a picture below the folder of " + mesh + " or in one beside it, found " +
+                quote(name));
+  return path.string();
+}
+
+namespace {
+
+// What the libraries of an OBJ file say, by material.
+struct Materials {
+  std::vector<std::string> libraries, missing;              // as ObjMaterials has them
+  std::map<std::string, std::string, std::less<>> pictures; // paths
+  std::map<std::string, std::array<uint8_t, 3>, std::less<>> colours;
+
+  std::optional<std::string> picture_of(std::string_view material) const {
+    const auto found = pictures.find(material);
+    return found == pictures.end() ? std::nullopt : std::optional<std::string>(found->second);
+  }
+  // Of faces without a material, or with one that no library has: the picture of all materials, if that is
+  // but one.
+  std::optional<std::string> only_picture() const {
+    std::set<std::string> all;
+    for (const auto &[material, picture] : pictures) all.insert(picture);
+    return all.size() == 1 ? std::optional<std::string>(*all.begin()) : std::nullopt;
+  }
+};
+
+Materials load_libraries(const std::string &obj, const std::vector<std::string_view> &libraries) {
+  Materials out;
   // The author of a file must not choose what else is read.
   const fs::path folder = fs::path(obj).parent_path();
-  std::map<std::string, std::string, std::less<>> pictures; // paths
   for (const std::string_view text : libraries) {
     if (text.empty()) continue;
     for (const std::string &name : names_of(folder, text)) {
@@ -200,39 +251,61 @@ ObjMaterials read_materials(const std::string &obj, const std::vector<std::strin
         out.missing.push_back("the library " + quote(name) + " of mtllib " + why);
         continue;
       }
-      const std::string file = library.string();
+      const std::string file = library.string(), bytes = read_file(file, max_library);
       out.libraries.push_back(file);
-      for (auto &[material, picture] : parse_mtl(read_file(file, max_library), file)) {
-        const fs::path path = find_file(library.parent_path(), picture).lexically_normal();
-        if (!is_below(folder, path) && !is_beside(folder, path))
-          throw Error(file + ": expected a picture below the folder of " + obj +
-                      " or in one beside it, found " + quote(picture));
-        pictures.emplace(material, path.string());
-      }
+      for (auto &[material, picture] : parse_mtl(bytes, file))
+        out.pictures.emplace(material, picture_path(obj, library.parent_path().string(), picture, file));
+      out.colours.merge(parse_mtl_colours(bytes));
     }
   }
-  const auto picture_of = [&](std::string_view material) {
-    const auto found = pictures.find(material);
-    return found == pictures.end() ? std::nullopt : std::optional<std::string>(found->second);
-  };
-  std::set<std::string> shown, all;
-  for (const auto &[material, picture] : pictures) all.insert(picture);
-  bool without = false;
+  return out;
+}
+
+constexpr std::array<uint8_t, 3> grey = {128, 128, 128};
+
+} // namespace
+
+std::vector<FacePicture> material_pictures(const std::string &obj,
+                                           const std::vector<std::string_view> &libraries,
+                                           const std::vector<std::string_view> &used) {
+  const Materials materials = load_libraries(obj, libraries);
+  const bool any = std::any_of(used.begin(), used.end(), [&](std::string_view material) {
+    return materials.picture_of(material).has_value();
+  });
+  std::vector<FacePicture> out;
+  for (const std::string_view material : used) {
+    std::optional<std::string> picture = materials.picture_of(material);
+    if (!any) picture = materials.only_picture();
+    if (picture) {
+      out.push_back({*picture, [path = *picture, obj] {
+                       if (const std::string why = why_unreadable(path); !why.empty())
+                         throw Error(obj + ": expected the picture " + quote(path) + " of map_Kd, which " +
+                                     why);
+                       return read_file(path, max_mesh_picture);
+                     }});
+      continue;
+    }
+    const auto colour = materials.colours.find(material);
+    FacePicture one;
+    one.name = "material " + quote(material);
+    one.colour = colour == materials.colours.end() ? grey : colour->second;
+    out.push_back(one);
+  }
+  return out;
+}
+
+ObjMaterials read_materials(const std::string &obj, const std::vector<std::string_view> &libraries,
+                            const std::vector<std::string_view> &used) {
+  Materials materials = load_libraries(obj, libraries);
+  ObjMaterials out;
   for (const std::string_view material : used)
-    if (const auto picture = picture_of(material))
-      shown.insert(*picture);
-    else
-      without = true;
-  if (shown.size() > 1 || (without && !shown.empty()))
-    throw Error(obj + ": expected one picture (map_Kd) for all faces, found " + *shown.begin() + " and " +
-                (without ? "none" : *shown.rbegin()) + ": bake one atlas of them");
-  // Faces without a material, or with one that no library has: the picture is that of all materials, if there
-  // is but one.
-  if (shown.empty() && all.size() == 1) shown = all;
-  if (shown.empty() && all.size() > 1)
+    if (const auto picture = materials.picture_of(material); picture && !out.picture) out.picture = picture;
+  if (!out.picture) out.picture = materials.only_picture();
+  out.libraries = std::move(materials.libraries);
+  out.missing = std::move(materials.missing);
+  if (!out.picture && !materials.pictures.empty())
     out.missing.push_back("its faces have no material of its libraries, which name " +
-                          std::to_string(all.size()) + " pictures");
-  if (!shown.empty()) out.picture = *shown.begin();
+                          std::to_string(materials.pictures.size()) + " pictures");
   return out;
 }
 

@@ -33,9 +33,9 @@ template <size_t N> bool contains(const std::string_view (&list)[N], std::string
 class ObjReader {
 public:
   ObjReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, MeshReport &notes,
-            bool with_texture, bool with_normals, bool with_colours = false)
+            bool with_texture, bool with_normals, bool with_colours = false, bool with_pictures = false)
       : cursor(bytes.data()), end(bytes.data() + bytes.size()), name(file), limits(bounds), report(notes),
-        wants_texture(with_texture), wants_colours(with_colours),
+        wants_texture(with_texture), wants_colours(with_colours), allows_bare(with_pictures),
         has_normals(with_normals), vertices{"vertex", bounds.max_vertices, 0, {}} {}
 
   Mesh read() {
@@ -73,6 +73,25 @@ public:
     return display_colours(out, of_bytes ? 255 : 1);
   }
 
+  // After read(): what the faces show. Throws Error where a face shows a picture and lacks coordinates.
+  FacePictures face_pictures() {
+    const std::vector<std::string_view> used(materials_in_order.begin(), materials_in_order.end());
+    FacePictures out;
+    std::vector<uint32_t> index;
+    for (const FacePicture &one : material_pictures(name, libraries, used)) {
+      std::string key = one.name;
+      if (one.is_colour()) key.assign(one.colour.begin(), one.colour.end());
+      index.push_back(uint32_t(out.add(one, key)));
+    }
+    for (const uint32_t material_of_face : face_materials) out.of_face.push_back(index[material_of_face]);
+    for (const auto &[face, at] : bare_faces)
+      if (!out.pictures[out.of_face[face]].is_colour() || !out.has_picture()) {
+        line = at;
+        fail("expected v/vt or v/vt/vn, for every corner needs texture coordinates, found a corner without");
+      }
+    return out;
+  }
+
   // After read().
   ObjMaterials materials() const {
     ObjMaterials out = read_materials(name, libraries, {used_materials.begin(), used_materials.end()});
@@ -88,7 +107,11 @@ private:
                                         const std::vector<double> &values, size_t width) {
     std::vector<double> out;
     out.reserve(corners.size() * width);
-    for (const uint32_t i : corners) out.insert(out.end(), &values[i * width], &values[i * width] + width);
+    for (const uint32_t i : corners)
+      if (i == no_pair)
+        out.insert(out.end(), width, 0.5);
+      else
+        out.insert(out.end(), &values[i * width], &values[i * width] + width);
     return out;
   }
 
@@ -304,15 +327,17 @@ private:
     has_normals = has_normals && indices[2];
     if (has_normals) corner_normals.push_back(resolve(indices[2], normals));
     if (!wants_texture) return;
-    if (!indices[1])
+    if (!indices[1] && !allows_bare)
       fail("expected v/vt or v/vt/vn, for every corner needs texture coordinates, found " + quote(text));
-    corner_pairs.push_back(resolve(indices[1], pairs));
+    is_bare = is_bare || !indices[1];
+    corner_pairs.push_back(indices[1] ? resolve(indices[1], pairs) : no_pair);
   }
 
   void face() {
     corners.clear();
     corner_pairs.clear();
     corner_normals.clear();
+    is_bare = false;
     for (std::string_view text; word(text);) corner(text);
     if (corners.size() < 3)
       fail("expected at least 3 corners after f, found " + std::to_string(corners.size()));
@@ -320,7 +345,14 @@ private:
       fail("more than the allowed " + std::to_string(limits.max_faces) + " triangles");
     if (corners.size() > 3) polygons.push_back({mesh.face_count(), uint32_t(corners.size())});
     append_fan(mesh, corners, report);
-    if (!is_used) used_materials.insert(material);
+    if (!is_used && used_materials.insert(material).second) materials_in_order.push_back(material);
+    if (allows_bare) {
+      if (!is_used)
+        material_index = uint32_t(std::find(materials_in_order.begin(), materials_in_order.end(), material) -
+                                  materials_in_order.begin());
+      if (is_bare) bare_faces.push_back({face_materials.size(), line});
+      face_materials.resize(mesh.face_count(), material_index);
+    }
     is_used = true;
     MeshReport counted_already;
     if (wants_texture) append_fan(chart, corner_pairs, counted_already);
@@ -331,7 +363,7 @@ private:
   const std::string &name;
   const fvv_limits &limits;
   MeshReport &report;
-  const bool wants_texture, wants_colours;
+  const bool wants_texture, wants_colours, allows_bare;
   std::vector<double> colours; // weight and R G B of each vertex up to the last one that has them
   bool has_pairs = false;      // some corner has texture coordinates
   bool has_normals;            // they are requested, and every corner so far has one
@@ -340,6 +372,13 @@ private:
   bool is_used = false; // by a face
   std::vector<std::string_view> libraries;
   std::set<std::string_view> used_materials;
+  std::vector<std::string_view> materials_in_order;
+  // With unlike pictures: of each face; faces, and their lines, with a corner without texture coordinates.
+  std::vector<uint32_t> face_materials;
+  std::vector<std::pair<size_t, uint64_t>> bare_faces;
+  uint32_t material_index = 0;
+  bool is_bare = false;
+  static constexpr uint32_t no_pair = UINT32_MAX;
   std::vector<Polygon> polygons;
   struct NoNumber {
     size_t vertex;
@@ -376,6 +415,18 @@ Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits
                    extras != nullptr);
   Mesh mesh = reader.read();
   if (extras) extras->colours = reader.vertex_colours();
+  return mesh;
+}
+
+Mesh parse_obj_pictures(std::string_view bytes, const std::string &name, const fvv_limits *limits,
+                        MeshReport *report, bool normals, FacePictures &faces) {
+  MeshReport ignored;
+  const fvv_limits bounds = limits_or_default(limits);
+  std::string kept;
+  ObjReader reader(as_usual(bytes, kept), name, bounds, report ? *report : ignored, true, normals, false,
+                   true);
+  Mesh mesh = reader.read();
+  faces = reader.face_pictures();
   return mesh;
 }
 

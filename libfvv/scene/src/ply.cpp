@@ -1,10 +1,13 @@
 // PLY 1.0. The header is checked completely, counts against the size of the file included, before a body is
 // read.
 
+#include "fvv_cxx/input_file.h"
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/file_io.h"
 #include "fvv_scene/mesh_file.h"
+#include "scene/src/atlas/atlas.h"
 #include "scene/src/mesh_build.h"
+#include "scene/src/mtl.h"
 #include "scene/src/polygon.h"
 
 #include <algorithm>
@@ -12,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -69,6 +73,7 @@ struct PlyHeader {
   uint64_t vertex_count, face_count; // as declared; polygons count as one face here
   size_t size;                       // bytes up to the body
   uint64_t lines;                    // lines up to the body
+  std::vector<std::string> pictures; // comment TextureFile, as MeshLab and OpenMVS write it
 };
 
 struct NamedType {
@@ -98,6 +103,8 @@ public:
       std::string_view words = text, keyword;
       if (!next_word(words, keyword))
         fail("expected element, property, comment or end_header, found nothing");
+      if (keyword == "comment" && words.substr(0, 12) == " TextureFile")
+        header.pictures.push_back(trimmed_name(words.substr(12)));
       if (keyword == "comment" || keyword == "obj_info") continue;
       if (keyword == "end_header") break;
       if (keyword == "element")
@@ -129,6 +136,11 @@ private:
       fail(line == 1 ? "expected ply in the first line, found " + quote(rest)
                      : "the file ends within the header");
     next_line(rest, text);
+  }
+
+  static std::string trimmed_name(std::string_view text) {
+    const size_t first = text.find_first_not_of(" \t\r"), last = text.find_last_not_of(" \t\r");
+    return first == text.npos ? std::string() : std::string(text.substr(first, last + 1 - first));
   }
 
   std::string_view take(std::string_view &words, const char *what) const {
@@ -520,8 +532,9 @@ private:
 template <class Body> class BodyReader {
 public:
   BodyReader(Body &input, const PlyHeader &declared, const std::string &file, const fvv_limits &bounds,
-             MeshReport &notes, MeshExtras *more)
-      : body(input), header(declared), name(file), limits(bounds), report(notes), extras(more) {}
+             MeshReport &notes, MeshExtras *more, std::vector<int64_t> *numbers_of)
+      : body(input), header(declared), name(file), limits(bounds), report(notes), extras(more),
+        numbers_of_faces(numbers_of) {}
 
   Mesh read() {
     // Both fit: the header was checked against limits and against the size of the file.
@@ -629,6 +642,10 @@ private:
   }
 
   void check_picture(int64_t picture, uint64_t index) {
+    if (numbers_of_faces) { // -1: none, as MeshLab has it
+      numbers_of_faces->resize(mesh.face_count(), picture);
+      return;
+    }
     if (picture < 0) // as MeshLab has it
       body.fail("face " + std::to_string(index) + ": has no picture (texnumber " + std::to_string(picture) +
                 "), others have: give it a place of the atlas, or read the mesh without one");
@@ -701,6 +718,7 @@ private:
   const fvv_limits &limits;
   MeshReport &report;
   MeshExtras *extras;
+  std::vector<int64_t> *numbers_of_faces; // texnumber of each, or NULL
   PlyType colour_type = {};
   std::vector<double> of_points, sums; // R G B of each vertex; R G B and number of the faces around it
   Mesh mesh;
@@ -714,9 +732,10 @@ private:
 
 template <class Body>
 Mesh read_body(std::string_view bytes, const PlyHeader &header, const std::string &name,
-               const fvv_limits &limits, MeshReport &report, MeshExtras *extras) {
+               const fvv_limits &limits, MeshReport &report, MeshExtras *extras,
+               std::vector<int64_t> *numbers) {
   Body body(bytes.substr(header.size), header, name);
-  return BodyReader<Body>(body, header, name, limits, report, extras).read();
+  return BodyReader<Body>(body, header, name, limits, report, extras, numbers).read();
 }
 
 // With LF where a file of old programs has CR alone: in the header, and in a body of text. kept: where the
@@ -742,7 +761,53 @@ Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits
   bytes = with_line_feeds(bytes, kept);
   const PlyHeader header = parse_ply_header(bytes, name, bounds, texture, normals, extras != nullptr);
   const auto read = header.format == PlyFormat::ascii ? read_body<AsciiBody> : read_body<BinaryBody>;
-  return read(bytes, header, name, bounds, report ? *report : ignored, extras);
+  return read(bytes, header, name, bounds, report ? *report : ignored, extras, nullptr);
+}
+
+std::vector<std::string> ply_pictures(std::string_view bytes, const std::string &name) {
+  std::string kept;
+  bytes = with_line_feeds(bytes, kept);
+  const fvv_limits bounds = limits_or_default(nullptr);
+  try {
+    return parse_ply_header(bytes, name, bounds, true, false, false).pictures;
+  } catch (const Error &) {
+    return {}; // without texture coordinates a picture has no use
+  }
+}
+
+Mesh parse_ply_pictures(std::string_view bytes, const std::string &name, const fvv_limits *limits,
+                        MeshReport *report, bool normals, FacePictures &faces) {
+  MeshReport ignored;
+  const fvv_limits bounds = limits_or_default(limits);
+  std::string kept;
+  bytes = with_line_feeds(bytes, kept);
+  const PlyHeader header = parse_ply_header(bytes, name, bounds, true, normals, false);
+  const auto read = header.format == PlyFormat::ascii ? read_body<AsciiBody> : read_body<BinaryBody>;
+  std::vector<int64_t> numbers;
+  Mesh mesh = read(bytes, header, name, bounds, report ? *report : ignored, nullptr, &numbers);
+  numbers.resize(mesh.face_count(), 0);
+  for (const int64_t number : numbers) {
+    FacePicture one;
+    if (number >= int64_t(header.pictures.size()))
+      throw Error(name + ": a face has texture " + std::to_string(number) + ", the file names " +
+                  std::to_string(header.pictures.size()) + " (comment TextureFile)");
+    std::string key;
+    if (number < 0) {
+      one.name = "faces without a picture";
+      one.colour = {128, 128, 128};
+    } else {
+      key = one.name = picture_path(name, std::filesystem::path(name).parent_path().string(),
+                                    header.pictures[size_t(number)], name);
+      one.load = [path = one.name, name] {
+        if (const std::string why = why_unreadable(path); !why.empty())
+          throw Error(name + ": expected the picture " + quote(path) + " of TextureFile, which " + why +
+                      "; " + option_name("atlas") + " names another, or none");
+        return read_file(path, max_mesh_picture);
+      };
+    }
+    faces.of_face.push_back(uint32_t(faces.add(std::move(one), key)));
+  }
+  return mesh;
 }
 
 std::string format_ply(const Mesh &mesh, const std::string &name) {

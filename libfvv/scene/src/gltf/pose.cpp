@@ -167,6 +167,14 @@ Mesh pose(const Scene &scene, std::optional<double> time, MeshExtras *extras) {
   return mesh;
 }
 
+FacePictures face_pictures(const Scene &scene) {
+  FacePictures out = scene.pictures;
+  for (const uint32_t index : scene.drawn)
+    for (const Primitive &primitive : scene.meshes[scene.nodes[index].mesh].primitives)
+      out.of_face.insert(out.of_face.end(), primitive.triangles.size() / 3, primitive.picture);
+  return out;
+}
+
 std::vector<PosedPart> pose_parts(const Scene &scene) {
   return Poser(scene, std::nullopt).run_parts();
 }

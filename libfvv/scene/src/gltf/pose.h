@@ -12,6 +12,9 @@ namespace fvv::scene::gltf {
 // scene that was read with Texture::colours; white where only other primitives have colours.
 Mesh pose(const Scene &scene, std::optional<double> time, MeshExtras *extras = nullptr);
 
+// What each face of pose() shows, of a scene that was read with Texture::pictures.
+FacePictures face_pictures(const Scene &scene);
+
 // The same piece by piece: each primitive of each node that is drawn, with the material that it names.
 struct PosedPart {
   Mesh mesh;

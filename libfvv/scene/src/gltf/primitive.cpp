@@ -63,6 +63,11 @@ std::optional<std::array<double, 3>> base_factor(const JsonValue &material) {
   return out;
 }
 
+uint8_t display_of_light(double light) {
+  static const std::vector<float> thresholds = media::srgb_thresholds(255);
+  return uint8_t(std::upper_bound(thresholds.begin(), thresholds.end(), light) - thresholds.begin());
+}
+
 BaseColour read_base_colour(const Container &container, const JsonValue &primitive) {
   BaseColour out;
   const auto reference = primitive.find("material");
@@ -74,6 +79,14 @@ BaseColour read_base_colour(const Container &container, const JsonValue &primiti
   const JsonValue source = plain ? *plain : other_source(texture);
   container.item("images", source);
   out.image = source.integer(0, INT32_MAX);
+  if (const auto reference_of_sampler = texture.find("sampler")) {
+    const JsonValue sampler = container.item("samplers", *reference_of_sampler);
+    for (size_t k = 0; k < 2; k++)
+      if (const auto code = sampler.find(k ? "wrapT" : "wrapS"))
+        out.wrap[k] = code->integer(0, INT32_MAX) == 33071   ? Wrap::clamp
+                      : code->integer(0, INT32_MAX) == 33648 ? Wrap::mirror
+                                                             : Wrap::repeat;
+  }
   if (const auto set = info->find("texCoord")) out.set = set->integer(0, INT32_MAX);
   if (const auto extensions = info->find("extensions"))
     if (const auto transform = extensions->find("KHR_texture_transform")) read_transform(*transform, out);
@@ -106,9 +119,11 @@ public:
     out.positions = numbers("POSITION", attributes.at("POSITION"), Purpose::positions);
     read_triangles(mode);
     if (texture == Texture::colours) read_colours();
-    const bool optional = texture == Texture::materials, uses_pairs = texture != Texture::colours;
+    const bool optional = texture == Texture::materials || texture == Texture::pictures,
+               uses_pairs = texture != Texture::colours;
     if (uses_pairs && texture != Texture::skipped && (!optional || read_base_colour(container, json).image))
       read_texture();
+    if (texture == Texture::pictures) out.texture.resize(2 * out.vertex_count());
     if (const auto reference = attributes.find("NORMAL"); normals && reference)
       out.normals = per_vertex("NORMAL", *reference, Purpose::normals, 3);
     read_joints();
@@ -208,6 +223,7 @@ private:
     out.texture = per_vertex(key, attributes.at(key.c_str()), Purpose::texture, 2);
     colour.transform(out.texture);
     out.image = colour.image;
+    out.wrap = colour.wrap;
   }
 
   // Of vertices times that of the material.
@@ -226,12 +242,9 @@ private:
     if (reference)
       values = per_vertex("COLOR_0", *reference, alpha ? Purpose::colours_alpha : Purpose::colours, width);
     const std::array<double, 3> times = factor.value_or(std::array<double, 3>{1, 1, 1});
-    static const std::vector<float> thresholds = media::srgb_thresholds(255);
     for (size_t v = 0; v < count; v++)
       for (size_t k = 0; k < 3; k++) {
-        const double light = values[v * width + k] * times[k];
-        const auto above = std::upper_bound(thresholds.begin(), thresholds.end(), light);
-        out.colours.push_back(uint8_t(above - thresholds.begin()));
+        out.colours.push_back(display_of_light(values[v * width + k] * times[k]));
       }
   }
 

@@ -143,6 +143,7 @@ public:
     for (const uint32_t node : scene.drawn) read_drawn(node);
     if (faces == 0) root.fail("expected a scene with at least one triangle, found none");
     if (texture == Texture::coordinates || texture == Texture::picture) read_image();
+    if (texture == Texture::pictures) read_pictures();
     if (!std::holds_alternative<NoAnimation>(choice)) read_animation(choose(choice));
     return std::move(scene);
   }
@@ -350,6 +351,31 @@ private:
     scene.picture = container.image(static_cast<size_t>(**image));
   }
 
+  // What each primitive shows: a picture, or the colour of its material.
+  void read_pictures() {
+    for (const uint32_t node : scene.drawn)
+      for (Primitive &primitive : scene.meshes[scene.nodes[node].mesh].primitives) {
+        FacePicture one;
+        std::string key;
+        std::optional<std::array<double, 3>> factor;
+        if (primitive.material) factor = base_factor(root.at("materials").item(size_t(*primitive.material)));
+        if (primitive.image) {
+          one.wrap = primitive.wrap;
+          key = "image " + std::to_string(*primitive.image) + " " + std::to_string(int(one.wrap[0])) +
+                std::to_string(int(one.wrap[1]));
+          one.name = scene.file + ": image " + std::to_string(*primitive.image);
+          std::shared_ptr<const std::string> &bytes = images[*primitive.image];
+          if (!bytes) bytes = std::make_shared<const std::string>(container.image(size_t(*primitive.image)));
+          one.load = [bytes] { return *bytes; };
+        } else {
+          one.name = "colour";
+          for (size_t k = 0; k < 3; k++) one.colour[k] = display_of_light(factor ? (*factor)[k] : 1);
+          key.assign(one.colour.begin(), one.colour.end());
+        }
+        primitive.picture = uint32_t(scene.pictures.add(std::move(one), key));
+      }
+  }
+
   void read_skin(const JsonValue &json, Skin &skin) {
     const JsonValue joints = json.at("joints");
     for (size_t i = 0; i < joints.size(); i++) skin.joints.push_back(index_of("nodes", joints.item(i)));
@@ -434,8 +460,9 @@ private:
   const Texture texture;
   const bool normals;
   Scene scene;
-  std::vector<uint32_t> described_by;            // of each instance: the node of the file
-  uint64_t vertices = 0, faces = 0, targets = 0; // as drawn
+  std::map<int64_t, std::shared_ptr<const std::string>> images; // bytes
+  std::vector<uint32_t> described_by;                           // of each instance: the node of the file
+  uint64_t vertices = 0, faces = 0, targets = 0;                // as drawn
 };
 
 } // namespace

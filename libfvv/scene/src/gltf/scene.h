@@ -4,6 +4,7 @@
 
 #include "fvv_scene/mesh_file.h"
 #include "fvv_scene/transform.h"
+#include "scene/src/atlas/atlas.h"
 #include "scene/src/gltf/accessor.h"
 
 #include <array>
@@ -39,6 +40,8 @@ struct Primitive {
   uint32_t joint_count = 0;     // 1 + the highest joint
   std::optional<int64_t> image; // of the base colour, if the texture was requested and the material has one
   std::optional<int64_t> material;
+  std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat}; // of the image
+  uint32_t picture = 0;                                    // in Scene::pictures
 
   size_t vertex_count() const { return positions.size() / 3; }
 };
@@ -86,6 +89,7 @@ struct Scene {
   std::vector<Channel> channels; // of the chosen animation
   MeshReport report;
   std::string picture;       // bytes of the base colour image, if it was requested
+  FacePictures pictures;     // likewise those of all primitives
   std::vector<bool> visible; // of each node: the default scene contains it
 };
 
@@ -96,9 +100,12 @@ using AnimationChoice = std::variant<NoAnimation, OnlyAnimation, int64_t, std::s
 
 // Appearance: not read; texture coordinates of one atlas, which must exist; its picture as well; coordinates
 // wherever a material has a picture of its own; colours of vertices and materials.
-enum class Texture { skipped, coordinates, picture, materials, colours };
+// pictures: coordinates of unlike pictures, wherever a material has one, and all of these pictures.
+enum class Texture { skipped, coordinates, picture, materials, colours, pictures };
 inline Texture texture_for(bool coordinates, const MeshExtras *extras) {
-  return coordinates ? Texture::coordinates : extras ? Texture::colours : Texture::skipped;
+  return coordinates ? (extras ? Texture::pictures : Texture::coordinates)
+         : extras    ? Texture::colours
+                     : Texture::skipped;
 }
 
 // bytes: the whole file. path: for messages, and the folder of its buffers. Error "path: POINTER: what".
@@ -116,7 +123,8 @@ std::optional<JsonValue> colour_texture(const JsonValue &material);
 
 // The base colour of the material of a primitive.
 struct BaseColour {
-  std::optional<int64_t> image;             // index among images
+  std::optional<int64_t> image; // index among images
+  std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat};
   int64_t set = 0;                          // of texture coordinates: TEXCOORD_0, ...
   double scale[2] = {1, 1}, offset[2] = {}; // of these, by KHR_texture_transform
 
@@ -126,5 +134,6 @@ BaseColour read_base_colour(const Container &container, const JsonValue &primiti
 
 // What a material multiplies its colours with: R G B, linear; none where it says nothing.
 std::optional<std::array<double, 3>> base_factor(const JsonValue &material);
+uint8_t display_of_light(double light);
 
 } // namespace fvv::scene::gltf
