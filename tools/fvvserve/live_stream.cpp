@@ -151,6 +151,9 @@ constexpr size_t most_untaken = 64;                                // pieces on 
 constexpr std::chrono::milliseconds look_again{50}; // whether a file has grown, or stop was called
 // Beyond these time stamps are assumed to restart: a gap in the recording, a suspended machine.
 constexpr double longest_wait = 10, longest_delay = 1;
+// A file that plays in no time is not read again and again: a damaged one, or one of very short frames.
+constexpr std::chrono::milliseconds pause_of_damaged{1000}, shortest_round{20};
+constexpr double warnings_at_once = 10, warnings_a_second = 1;
 
 struct ReaderDeleter {
   void operator()(fvv_reader *reader) const { fvv_reader_destroy(reader); }
@@ -245,7 +248,36 @@ void LiveSource::give(Piece piece) {
 }
 
 void LiveSource::run() {
-  while (play_once() && !stopped()) {}
+  while (!stopped()) {
+    try {
+      if (!play_once()) return;
+    } catch (const Error &error) {
+      if (input != Input::fifo) throw;
+      drop_writer(error.what());
+    }
+  }
+}
+
+// One bad writer does not end the channel.
+void LiveSource::drop_writer(const std::string &reason) {
+  Piece piece(received ? Piece::Kind::end : Piece::Kind::damage);
+  piece.text = received ? reason : path + ": a writer has left without a byte";
+  give(std::move(piece));
+  std::string rest(portion, '\0');
+  while (received && read_some(rest.data(), rest.size())) {}
+  next_writer();
+}
+
+// It begins a stream of its own.
+void LiveSource::next_writer() {
+  for (;;) {
+    descriptor = Descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (descriptor.get() >= 0 || stopped()) return;
+    // Not an Error, after which there would be a next writer.
+    if (errno != EMFILE && errno != ENFILE)
+      throw std::runtime_error(path + ": cannot open: " + std::strerror(errno));
+    std::this_thread::sleep_for(look_again); // until a connection ends
+  }
 }
 
 bool LiveSource::wait_for_audience() {
@@ -295,6 +327,9 @@ bool LiveSource::play_once() {
   if (fvv_reader_create(nullptr, nullptr, 0, &handle) < 0) throw std::bad_alloc();
   reader.handle.reset(handle);
   std::string bytes(portion, '\0');
+  const auto began = Clock::now();
+  received = 0;
+  damaged = false;
   bool more = true;
   while (more) {
     const size_t n = read_some(bytes.data(), bytes.size());
@@ -302,6 +337,7 @@ bool LiveSource::play_once() {
     if (n) {
       if (fvv_reader_push(handle, bytes.data(), n) < 0) throw std::bad_alloc();
       reader.bytes.append(bytes, 0, n);
+      received += n;
     } else {
       fvv_reader_finish(handle);
     }
@@ -313,13 +349,20 @@ bool LiveSource::play_once() {
       reader.offset += surplus;
     }
   }
-  if (input == Input::fifo) {
-    // The next writer begins a stream of its own.
-    descriptor = Descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    if (descriptor.get() < 0) throw Error(path + ": cannot open: " + std::strerror(errno));
-  }
+  if (input == Input::fifo) next_writer();
   if (input == Input::played_file && reader.last_time <= INT64_MAX - reader.frame_duration)
     wait_until_due(reader.last_time + reader.frame_duration, reader);
+  if (input == Input::played_file && options.loop) pause_after(reader.anchor && !damaged, began);
+  return end_stream();
+}
+
+void LiveSource::pause_after(bool played, Clock::time_point began) {
+  const auto due = began + (played ? shortest_round : pause_of_damaged);
+  std::unique_lock<std::mutex> lock(mutex);
+  changed.wait_until(lock, due, [&] { return stop; });
+}
+
+bool LiveSource::end_stream() {
   const bool again = input == Input::fifo || input == Input::played_file;
   {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -357,6 +400,7 @@ void LiveSource::take(const fvv_event &event, Reader &reader) {
     fvv_diagnostic_format(&event.diagnostic, path.c_str(), text, sizeof text);
     Piece piece(Piece::Kind::damage);
     piece.text = text;
+    damaged = true;
     give(std::move(piece));
     // An incomplete block is not used; the one before it may still apply.
     reader.configuration.clear();
@@ -544,10 +588,32 @@ void LiveChannel::pass_on(const Piece &piece) {
   }
 }
 
+void WarningLimit::warn(const std::string &text, Clock::time_point now) {
+  if (last)
+    left = std::min(warnings_at_once,
+                    left + warnings_a_second * std::chrono::duration<double>(now - *last).count());
+  last = now;
+  if (left < 1) {
+    dropped++;
+    return;
+  }
+  left--;
+  if (dropped)
+    cli::warn(text + " (and " + std::to_string(dropped) + (dropped == 1 ? " warning" : " warnings") +
+              " before it that " + (dropped == 1 ? "is" : "are") + " not shown)");
+  else
+    cli::warn(text);
+  dropped = 0;
+}
+
+void LiveChannel::warn(const std::string &text) {
+  warnings.warn("/live/" + name + ": " + text, Clock::now());
+}
+
 // What the reader lets pass and the writer does not, such as metadata beyond a limit.
 void LiveChannel::lose(size_t number, const std::string &why) {
   const std::string text = "rung " + std::to_string(number) + ": " + why;
-  cli::warn("/live/" + name + ": " + text);
+  warn(text);
   rungs[number].group.reset();
   for (Listener *listener : listeners)
     if (listener->current == number) listener->queue.damage(text);
@@ -571,11 +637,11 @@ void LiveChannel::receive(const Piece &piece) {
     break;
   case Piece::Kind::damage:
     for (auto &[number, rung] : rungs) rung.group.reset();
-    cli::warn("/live/" + name + ": " + piece.text);
+    warn(piece.text);
     for (Listener *listener : listeners) listener->queue.damage(piece.text);
     break;
   case Piece::Kind::end:
-    if (!piece.text.empty()) cli::warn("/live/" + name + ": " + piece.text);
+    if (!piece.text.empty()) warn(piece.text);
     over = piece.last;
     for (Listener *listener : listeners) listener->queue.end(piece.text);
     break;

@@ -6,6 +6,7 @@
 #include "fvvserve/options.h"
 #include "fvvserve/site.h"
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -110,6 +111,17 @@ struct Piece {
   bool last = false;
 };
 
+// Warnings about a channel: as they come, but a few a second where its input has many.
+class WarningLimit {
+public:
+  void warn(const std::string &text, std::chrono::steady_clock::time_point now);
+
+private:
+  double left = 10; // lines that may be printed now
+  std::optional<std::chrono::steady_clock::time_point> last;
+  uint64_t dropped = 0;
+};
+
 class LiveSource {
 public:
   using Sink = std::function<void(Piece)>;
@@ -132,6 +144,10 @@ private:
 
   void run();
   bool play_once(); // false: there will not be another stream
+  bool end_stream(); // as play_once()
+  void next_writer();                          // of a FIFO
+  void drop_writer(const std::string &reason); // likewise: what it sends from now on is not read
+  void pause_after(bool played, std::chrono::steady_clock::time_point began);
   bool wait_for_audience();
   bool wait_for_input();                    // of a pipe; false: stopped
   size_t read_some(char *out, size_t size); // 0: the end, or stopped
@@ -149,6 +165,8 @@ private:
   Input input;
   Descriptor descriptor;
   bool catching_up = false; // of a growing file: bytes before the start are not sent
+  uint64_t received = 0;    // bytes of this stream
+  bool damaged = false;     // this stream
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -202,6 +220,7 @@ private:
   void begin_group(const Piece &piece);
   void pass_on(const Piece &piece);
   void lose(size_t number, const std::string &why);
+  void warn(const std::string &text);
 
   const std::string name;
   Post post;
@@ -210,6 +229,7 @@ private:
   Bytes ladder; // the text about rungs
   std::map<size_t, Rung> rungs;
   bool over = false, stopping = false;
+  WarningLimit warnings;
   std::set<Listener *> listeners;
   LiveSource source; // last: its thread ends first
 };

@@ -232,6 +232,13 @@ Reply reply_to(const Options &options, const Site *site, const Request &request)
   const auto path = decode_path(path_of(request));
   const Lookup lookup = site && path ? site->open(*path, file) : Lookup::missing;
   if (lookup == Lookup::found) return file_reply(options, request, file);
+  if (lookup == Lookup::busy) {
+    // Closed, which gives a descriptor back.
+    Header header = header_of(request, 503, false);
+    add_cors(options, request, header);
+    header.set(http::field::retry_after, "5");
+    return with_text(request, header, "no file can be opened now", false);
+  }
   Header header = header_of(request, lookup == Lookup::folder ? 301 : 404, keep_alive);
   add_cors(options, request, header);
   if (lookup == Lookup::missing) return with_text(request, header, "not found", keep_alive);

@@ -262,7 +262,9 @@ Lookup Site::open(const std::string &decoded, SiteFile &file) const {
   Descriptor descriptor(
       ::open((is_opened ? opened : root + "/" + path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   struct stat status;
-  if (descriptor.get() < 0 || fstat(descriptor.get(), &status) != 0) return Lookup::missing;
+  if (descriptor.get() < 0)
+    return errno == EMFILE || errno == ENFILE || errno == ENOMEM ? Lookup::busy : Lookup::missing;
+  if (fstat(descriptor.get(), &status) != 0) return Lookup::missing;
   if (!is_opened && !may_serve(descriptor.get())) return Lookup::missing;
   if (S_ISDIR(status.st_mode)) return Lookup::folder;
   if (!S_ISREG(status.st_mode)) return Lookup::missing;

@@ -60,7 +60,12 @@ struct SiteFile {
   const char *type = ""; // media type
 };
 
-enum class Lookup { found, missing, folder }; // folder: the path lacks a slash at its end
+enum class Lookup {
+  found,
+  missing,
+  folder, // the path lacks a slash at its end
+  busy    // no descriptor or no memory is free now
+};
 
 class Site {
 public:

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import os
+import resource
 import signal
 import socket
 import subprocess
@@ -244,6 +245,29 @@ def test_slow_requests_and_many_connections(folder):
             assert connection.recv(1) == b"", "silent connections are closed"
             connection.close()
         assert server.request("/clip.fvv").status == 200
+
+
+def test_a_file_for_which_no_descriptor_is_free(folder):
+    """It is there, which 404 would deny: 503, and a later request gets it."""
+    few = functools.partial(resource.setrlimit, resource.RLIMIT_NOFILE, (40, 40))
+    with Server("--root", folder, before=few) as server:
+        get = f"GET /clip.fvv HTTP/1.1\r\nHost: {server.host}\r\n\r\n".encode()
+        waiting = [server.connect() for _ in range(60)]  # more than there are descriptors
+        status = None
+        for connection in waiting[:20]:
+            connection.sendall(get)
+            reply = read_reply(connection.makefile("rb"))
+            status = reply.status
+            if status == 503:
+                break
+            time.sleep(0.1)  # some were not accepted yet
+        assert status == 503 and reply["Retry-After"] == "5" and reply["Connection"] == "close"
+        for connection in waiting:
+            connection.close()
+        end = time.monotonic() + 10
+        while (reply := server.request("/clip.fvv")).status == 503 and time.monotonic() < end:
+            time.sleep(0.1)
+        assert reply.status == 200 and reply.body == CONTENT
 
 
 def test_a_terminal_that_closes_does_not_end_a_server_with_nohup(folder):

@@ -4,6 +4,7 @@ import contextlib
 import functools
 import json
 import os
+import pathlib
 import signal
 import subprocess
 import time
@@ -432,6 +433,55 @@ def test_fifo_has_one_writer_after_another(tmp_path):
             if number == 0:
                 assert client.receive()[0] == CLOSE
                 client = server.live("now")
+
+
+@pytest.mark.parametrize("bad", [b"", b"this is no stream, and long enough to be sure of it" * 5000, "cut"])
+def test_a_bad_writer_does_not_end_the_channel(bad, tmp_path):
+    """It dies before its first byte, sends something else, or is cut within its header: the next one is served."""
+    path = tmp_path / "fifo"
+    os.mkfifo(path)
+    pieces = make(2)
+    with Server("--live", f"now={path}") as server, server.live("now") as client:
+        path.write_bytes(pieces[0][:10] if bad == "cut" else bad)
+        if bad:
+            kind, message = client.receive()
+            assert kind == TEXT and json.loads(message)["type"] == "error"
+            assert client.receive()[0] == CLOSE
+            client = server.live("now")
+            assert client.reply.status == 101
+        time.sleep(1)  # writers that follow at once are one writer for the reader of a FIFO
+        path.write_bytes(b"".join(pieces))
+        run = b"".join(pieces)
+        assert receive_bytes(client, len(run)) == run
+    warnings = [line for line in server.stderr.splitlines() if "warning" in line]
+    assert len(warnings) == 1 and "fifo" in warnings[0], server.stderr
+
+
+def test_a_damaged_file_that_is_played_again_and_again(tmp_path):
+    """Without a pause, it took a processor and wrote 11 MB of warnings a second."""
+    path = tmp_path / "cut.fvv"
+    path.write_bytes(b"".join(make(2))[:300])
+    seconds = 3
+    with Server("--live", f"now={path}", "--loop") as server, server.live("now"):
+        time.sleep(seconds)
+        stat = pathlib.Path(f"/proc/{server.process.pid}/stat").read_text()
+        ticks = sum(map(int, stat.rpartition(")")[2].split()[11:13]))
+        assert ticks / os.sysconf("SC_CLK_TCK") < 0.5
+    warnings = [line for line in server.stderr.splitlines() if "warning" in line]
+    assert 1 <= len(warnings) <= seconds + 2, server.stderr[:1000]
+
+
+def test_many_warnings_are_few_lines():
+    """A pipe with a damaged chunk in each of 2000 groups: what is not shown is counted."""
+    pieces = make(2000)
+    for i in range(2, len(pieces), 2):
+        pieces[i] = pieces[i][:100] + bytes([pieces[i][100] ^ 1]) + pieces[i][101:]
+    with Pipe() as pipe, pipe.live("now") as client:
+        pipe.write(*pieces)
+        pipe.close()
+        receive_runs(client)
+    warnings = [line for line in pipe.server.stderr.splitlines() if "warning" in line]
+    assert 10 <= len(warnings) < 100, len(warnings)
 
 
 def test_origins(tmp_path):
