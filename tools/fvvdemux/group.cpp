@@ -244,13 +244,6 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
                                 : FVV_OK;
   if (loaded < 0 && loaded > FVV_ERROR_DAMAGED) fvv::check(loaded, "memory or input", diagnostic);
   const fvv_group_info &group = *fvv_file_group(file, plan.group);
-  int64_t whole = plan.count;
-  std::string behind_whole;
-  if (!plan.complete || !group.intact) {
-    const Survey::Group surveyed = survey.group(group.offset);
-    if (surveyed.whole < uint64_t(whole)) whole = int64_t(surveyed.whole);
-    behind_whole = surveyed.reason.status ? text_of(surveyed.reason) : "the stream ends within its group";
-  }
   const fvv_configuration *configuration = nullptr;
   const auto lose_all = [&](fvv_status status) {
     for (const auto &range : chosen)
@@ -259,6 +252,20 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
   };
   const fvv_status configured = fvv_stream_configuration(stream, plan.group, &configuration, &diagnostic);
   if (configured < 0) return lose_all(configured);
+  int64_t whole = plan.count;
+  std::string behind_whole;
+  if (!plan.complete || !group.intact) {
+    const auto matters = [&](uint16_t id) {
+      const fvv_track *track = fvv_configuration_track(configuration, id);
+      const bool is_written = !track || track->kind == FVV_TRACK_MESH || track->kind == FVV_TRACK_VIDEO ||
+                              track->kind == FVV_TRACK_CALIBRATION;
+      return is_written && in_rung(*configuration, id, options.rung);
+    };
+    fvv_diagnostic why = {};
+    const uint64_t frames = survey.group(group.offset).frames_of(matters, why);
+    if (frames < uint64_t(whole)) whole = int64_t(frames);
+    behind_whole = why.status ? text_of(why) : "the stream ends within its group";
+  }
   GroupDecoder decoder(stream, *configuration, options, plan.frame, name, folder);
   const fvv_status found = decoder.find_tiles(plan.group, diagnostic);
   if (found < 0) return lose_all(found);

@@ -1,7 +1,9 @@
 #include "fvv_demux/frame_plan.h"
 
 #include "fvv/frames.h"
+#include "fvv_cxx/untrusted.h"
 
+#include <algorithm>
 #include <memory>
 
 namespace fvv::demux {
@@ -10,7 +12,71 @@ namespace {
 
 constexpr size_t block_size = 1 << 18;
 
+// GEND, clause 6.3 of spec/fvv.md.
+constexpr size_t gend_size = 24, gend_chunk_count = 4, gend_chain = 8, gend_frame_count = 12;
+
+// Follows the headers of a group's chunks, those of damaged payloads too, to compare them with GEND.
+class ChunkList {
+public:
+  void begin() {
+    chain = count = 0;
+    broken = false;
+  }
+  // Bytes of no chunk, or a rule that is broken.
+  void spoil() { broken = true; }
+  void add(const fvv_chunk_header &header) {
+    uint8_t bytes[28];
+    store_u32(bytes, header.type);
+    bytes[4] = header.flags;
+    bytes[5] = header.counter;
+    store_u16(bytes + 6, header.track);
+    store_u64(bytes + 8, uint64_t(header.time));
+    store_u64(bytes + 16, header.size);
+    store_u32(bytes + 24, header.payload_crc);
+    chain = fvv_crc32c(chain, bytes, sizeof bytes);
+    count++;
+  }
+  bool is_that_of(const fvv_event &end) const {
+    return !broken && end.chunk.size >= gend_size && load_u32(end.payload + gend_chunk_count) == count &&
+           load_u32(end.payload + gend_chain) == chain;
+  }
+
+private:
+  uint32_t chain = 0, count = 0;
+  bool broken = false;
+};
+
+// What the reader finds, before it is joined to frames.
+void follow(const fvv_event &read, bool in_group, ChunkList &list, Survey::Group &group, uint32_t &frames) {
+  const fvv_chunk_header &chunk = read.chunk;
+  const bool damaged = read.kind == FVV_EVENT_DAMAGE;
+  if (damaged && !read.has_chunk) list.spoil();
+  if (read.kind != FVV_EVENT_CHUNK && !(damaged && read.has_chunk)) return;
+  if (chunk.type == FVV_CHUNK_GROUP) list.begin();
+  if (chunk.type == FVV_CHUNK_GROUP_END) {
+    group.listed = !damaged && list.is_that_of(read);
+    if (group.listed) frames = load_u32(read.payload + gend_frame_count);
+    return;
+  }
+  list.add(chunk);
+  if (damaged && in_group && chunk.type != FVV_CHUNK_GROUP)
+    group.lost.push_back({chunk.time, chunk.track, read.diagnostic});
+}
+
 } // namespace
+
+uint64_t Survey::Group::frames_of(const std::function<bool(uint16_t track)> &matters,
+                                  fvv_diagnostic &why) const {
+  why = reason;
+  if (!listed || lost.empty()) return whole;
+  for (const LostChunk &chunk : lost)
+    if (matters(chunk.track)) {
+      why = chunk.why;
+      return uint64_t(std::lower_bound(times.begin(), times.end(), chunk.time) - times.begin());
+    }
+  why = {};
+  return times.size();
+}
 
 Survey::Survey(const InputFile &file, const fvv_limits *limits) {
   // A frame counts once something follows it without a gap.
@@ -22,14 +88,22 @@ Survey::Survey(const InputFile &file, const fvv_limits *limits) {
   const std::unique_ptr<fvv_frames, decltype(&fvv_frames_destroy)> frames(created, fvv_frames_destroy);
   Group *group = &groups[0];
   bool in_group = false;
+  ChunkList list;
+  uint32_t counted = 0; // frames, by GEND
   const auto take = [&](const fvv_frames_event &event) {
-    if (event.kind == FVV_FRAMES_GROUP) {
+    if (event.kind == FVV_FRAMES_READ) {
+      follow(*event.read, in_group, list, *group, counted);
+    } else if (event.kind == FVV_FRAMES_GROUP) {
       group = &groups[event.offset];
       in_group = true;
     } else if (event.kind == FVV_FRAMES_GROUP_END) {
       in_group = false;
+      // A frame all of whose chunks are lost is not among the others.
+      group->listed = group->listed && group->times.size() == counted;
+      if (!group->listed || group->lost.empty()) group->times = {};
     } else if (event.kind == FVV_FRAMES_FRAME) {
       group->whole += event.whole != 0;
+      group->times.push_back(event.time);
     } else if (event.kind == FVV_FRAMES_DAMAGE) {
       fvv_diagnostic &place = in_group ? group->reason : group->behind;
       if (place.status == FVV_OK) place = event.diagnostic;

@@ -7,6 +7,7 @@
 #include "fvv_cxx/input_file.h"
 #include "fvv_demux/selection.h"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -25,6 +26,20 @@ public:
     uint64_t whole = 0;         // frames from the first on
     fvv_diagnostic reason = {}; // why there are no more; status 0: the group is intact
     fvv_diagnostic behind = {}; // the first damage between this group and the next
+
+    // The headers of all chunks are there, and payloads alone are damaged: GEND and the frames say so.
+    bool listed = false;
+    struct LostChunk {
+      int64_t time; // ticks
+      uint16_t track;
+      fvv_diagnostic why;
+    };
+    std::vector<LostChunk> lost; // in order; of a listed group
+    std::vector<int64_t> times;  // of all its frames; of a listed group that has lost chunks
+
+    // Frames from the first on of which no chunk is lost on a track that matters; why: the reason that ends
+    // them, status 0 if nothing does.
+    uint64_t frames_of(const std::function<bool(uint16_t track)> &matters, fvv_diagnostic &why) const;
   };
   // Keyed by the offset of GRUP. A group whose GRUP was lost has no whole frames.
   Group group(uint64_t offset) const;
