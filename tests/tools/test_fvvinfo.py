@@ -250,9 +250,11 @@ def test_a_later_repetition_of_a_lost_configuration_block_serves(fvvinfo, tmp_pa
     assert [problem["issue"] for problem in file["problems"]] == ["FVV-1103"]
     assert (file["frames"], file["whole_frames"], file["bytes"]) == (2, 2, len(content))
     assert len(file["chunks"]) == file["chunk_count"] + 1
-    # A pipe cannot be read again.
+    # A pipe is kept until the first whole frame, which here comes after the group that needs the repetition.
     file = files_of(fvvinfo("--json", "-", stdin=damaged.read_bytes()))[0]
-    assert (file["frames"], file["whole_frames"]) == (2, 1)
+    assert (file["frames"], file["whole_frames"], file["bytes"]) == (2, 2, len(content))
+    file = files_of(fvvinfo("--json", "-", stdin=content))[0]
+    assert (file["integrity"], file["whole_frames"]) == ("complete", 2)
 
 
 def test_input_that_is_not_a_stream(fvvinfo, tmp_path):

@@ -19,6 +19,9 @@
 using namespace fvv;
 namespace {
 
+// A pipe whose first configuration is damaged is read again when a repetition has come, up to that size.
+constexpr uint64_t largest_copy = uint64_t(1) << 30;
+
 // A descriptor that is closed when reading ends in any way.
 class Source {
 public:
@@ -27,6 +30,7 @@ public:
       throw Error("standard input is a terminal: name a file or pipe a stream into it", Error::usage);
     if (path == "-") {
       descriptor = STDIN_FILENO;
+      if (!size()) copy.reset(std::tmpfile());
       return;
     }
     descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -47,19 +51,40 @@ public:
     return fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) ? uint64_t(status.st_size) : 0;
   }
   const std::string &shown() const { return name; }
-  // False for pipes.
-  bool rewind() { return lseek(descriptor, 0, SEEK_SET) == 0; }
+  bool rewind() {
+    if (!copy) return lseek(descriptor, 0, SEEK_SET) == 0;
+    copy_is_read = std::fseek(copy.get(), 0, SEEK_SET) == 0;
+    return copy_is_read;
+  }
+  // A pipe is not kept any longer.
+  void settle() {
+    if (!copy_is_read) copy.reset();
+  }
   size_t read(uint8_t *out, size_t size) {
+    if (copy_is_read) return std::fread(out, 1, size, copy.get());
     for (;;) {
       const ssize_t n = ::read(descriptor, out, size);
-      if (n >= 0) return size_t(n);
+      if (n >= 0) return keep(out, size_t(n));
       if (errno != EINTR) throw Error(name + ": cannot read: " + std::strerror(errno));
     }
   }
 
 private:
+  // Where that fails the pipe is read once.
+  size_t keep(const uint8_t *bytes, size_t size) {
+    copied += size;
+    if (copy && (copied > largest_copy || std::fwrite(bytes, 1, size, copy.get()) != size)) copy.reset();
+    return size;
+  }
+
+  struct Close {
+    void operator()(std::FILE *file) const { std::fclose(file); }
+  };
   std::string name;
   int descriptor;
+  std::unique_ptr<std::FILE, Close> copy; // of a pipe, without a name
+  uint64_t copied = 0;
+  bool copy_is_read = false;
 };
 
 info::Report inspect(const std::string &path, const info::Options &options) {
@@ -71,7 +96,7 @@ info::Report inspect(const std::string &path, const info::Options &options) {
   begin();
   info::Input input;
   input.name = source.shown();
-  input.seekable = source.size() > 0;
+  input.seekable = true;
   input.read = [&](uint8_t *out, size_t most) {
     const size_t n = source.read(out, most);
     if (n == most) progress->step(most >> 20);
@@ -81,6 +106,7 @@ info::Report inspect(const std::string &path, const info::Options &options) {
     begin();
     return source.rewind();
   };
+  input.settle = [&] { source.settle(); };
   return info::inspect(input, options);
 }
 

@@ -30,6 +30,8 @@ void read_all(const Input &input, Report &report) {
   while (const size_t n = input.read(bytes.data(), block)) {
     report.status = fvv_checker_push(checker, bytes.data(), n);
     if (report.status < 0) break;
+    const fvv_check_summary &summary = report.summary();
+    if (input.settle && summary.whole_frames && summary.whole_frames == summary.frames) input.settle();
   }
   if (report.status >= 0) report.status = fvv_checker_finish(checker);
 }

@@ -25,6 +25,8 @@ struct Input {
   std::function<size_t(uint8_t *, size_t)>
       read;                     // into a buffer of that many bytes; returns how many, 0 at the end
   std::function<bool()> rewind; // to the front; false: not possible
+  // A second reading will hardly be needed; may be empty.
+  std::function<void()> settle = {};
 };
 
 struct Chunk {
