@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -179,8 +180,8 @@ private:
     if (!parse_integer(digits, count) || count < 0)
       fail("expected the number of elements " + quote(element) + ", found " + quote(digits));
     end(words);
-    for (const PlyElement &other : header.elements)
-      if (other.name == element) fail("element " + quote(element) + " is declared twice");
+    if (!elements.insert(element).second) fail("element " + quote(element) + " is declared twice");
+    properties.clear();
     header.elements.push_back({element, static_cast<uint64_t>(count), line, {}});
   }
 
@@ -204,8 +205,8 @@ private:
     property.type = read_type(words);
     property.name = take(words, "the name of a property");
     end(words);
-    for (const PlyProperty &other : element.properties)
-      if (other.name == property.name) fail("property " + quote(property.name) + " is declared twice");
+    if (!properties.insert(property.name).second)
+      fail("property " + quote(property.name) + " is declared twice");
     property.role = role_of(element, property);
     element.properties.push_back(property);
   }
@@ -369,6 +370,7 @@ private:
   const std::string &name;
   const fvv_limits &limits;
   const bool wants_texture, wants_normals, wants_colours;
+  std::set<std::string> elements, properties; // names: of all elements, of the properties of the last one
   uint64_t line = 0;
   PlyHeader header = {};
 };
