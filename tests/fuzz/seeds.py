@@ -11,6 +11,7 @@ import zlib
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MOST = 8 << 10  # bytes of a seed: longer ones slow a target down and show nothing else
 STREAM_TARGETS = ["container", "checker", "frames", "file", "stream"]
+TOOL_TARGETS = ["demux_tool", "compare_tool", "render_tool", "recover_tool"]
 
 
 def chunks_of(stream):
@@ -71,6 +72,11 @@ def from_stream(seeds, stream):
     for track, _, record in by_kind.get("ACFG", []):
         sounds = [payload for other, _, payload in by_kind.get("AUDI", []) if other == track][:2]
         seeds.add("audio", part(record) + b"\x18" + b"".join(b"\0\0" + part(p) for p in sounds))
+
+
+def from_tools(seeds, path):
+    for target in TOOL_TARGETS:
+        seeds.add(target, path.read_bytes())
 
 
 def from_meshes(seeds, by_kind):
@@ -367,7 +373,7 @@ def programs(seeds):
     """For targets whose input is a program: a few that go through, the rest is found by mutation."""
     for i in range(6):
         numbers = bytes((i * 37 + k * 11) & 255 for k in range(400))
-        for target in ("writer", "mesh_encode", "encoder"):
+        for target in ("writer", "mesh_encode", "encoder", "merge_tool"):
             seeds.add(target, numbers)
     # A scene, two groups with meshes, the end.
     group = bytes([3, 1, 9]) + bytes([7, 1, 0, 1, 1, 1, *range(12), 0]) * 2 + bytes([5])
@@ -381,6 +387,11 @@ def main():
     seeds = Seeds(options.folder)
     for path in sorted((ROOT / "conformance").glob("**/*.fvv")):
         from_stream(seeds, path.read_bytes())
+        if "faulty" not in path.parts:  # these end where a reader does, which other targets follow
+            from_tools(seeds, path)
+    for path in sorted((ROOT / "tests/tools/cli/hostile").glob("*.fvv")):
+        from_stream(seeds, path.read_bytes())
+        from_tools(seeds, path)
     for write in (meshes, pictures, captures, calibrations, paths, programs):
         write(seeds)
     print(f"{seeds.count} new seeds in {options.folder}")

@@ -114,9 +114,9 @@ cli::Exit write_parts(const std::string &folder, const PartCommand &command, uin
   return warned ? cli::loss : cli::done;
 }
 
-cli::Exit merge(const std::string &folder, const std::string &path, bool force, bool as_json) {
-  const bool piped = path == "-";
-  if (piped && as_json) throw Error("--json: standard output is taken by the stream (-o -)", Error::usage);
+} // namespace
+
+Joined merge_parts(const std::string &folder, const std::string &path, bool force) {
   const mux::PartPlan plan = read_plan(folder);
   std::vector<bool> there;
   for (size_t group = 0; group < plan.group_count(); group++)
@@ -132,7 +132,7 @@ cli::Exit merge(const std::string &folder, const std::string &path, bool force, 
   });
   bool warned = false;
   std::optional<cli::Progress> progress(std::in_place, "fvvmux: " + path, plan.frame_count());
-  const mux::Merged merged = plan.merge(
+  mux::Merged merged = plan.merge(
       [&](size_t group) {
         return mux::Part{std::make_unique<InputFile>(inside(folder, part_name(group))),
                          scene::read_file(inside(folder, report_name(group)), largest_report)};
@@ -140,12 +140,21 @@ cli::Exit merge(const std::string &folder, const std::string &path, bool force, 
       [&](const void *bytes, size_t size) { output.write(bytes, size); }, observer_of(progress, warned));
   progress.reset();
   output.commit();
-  for (const std::string &text : merged.warnings) cli::warn(text);
+  return {std::move(merged), plan.group_count()};
+}
+
+namespace {
+
+cli::Exit merge(const std::string &folder, const std::string &path, bool force, bool as_json) {
+  const bool piped = path == "-";
+  if (piped && as_json) throw Error("--json: standard output is taken by the stream (-o -)", Error::usage);
+  const Joined joined = merge_parts(folder, path, force);
+  for (const std::string &text : joined.stream.warnings) cli::warn(text);
   if (!piped)
-    print(as_json, "merged", {{"file", path}, {"groups", plan.group_count()}, {"bytes", merged.bytes}},
-          path + ": " + std::to_string(merged.bytes) + " bytes from " + std::to_string(plan.group_count()) +
+    print(as_json, "merged", {{"file", path}, {"groups", joined.groups}, {"bytes", joined.stream.bytes}},
+          path + ": " + std::to_string(joined.stream.bytes) + " bytes from " + std::to_string(joined.groups) +
               " parts");
-  return merged.warnings.empty() ? cli::done : cli::loss;
+  return joined.stream.warnings.empty() ? cli::done : cli::loss;
 }
 
 } // namespace

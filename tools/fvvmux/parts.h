@@ -3,6 +3,7 @@
 
 #include "cli/cli.h"
 #include "fvv_mux/options.h"
+#include "fvv_mux/parts.h"
 
 #include <CLI/CLI.hpp>
 #include <string>
@@ -27,5 +28,13 @@ void check_part_options(const CLI::App &app, const PartCommand &command);
 // options.capture: the capture to plan, or the folder of a plan. output: of merge. options have been parsed.
 cli::Exit run_part_command(const PartCommand &command, const mux::Options &options, const std::string &output,
                            bool force, bool as_json);
+
+struct Joined {
+  mux::Merged stream;
+  size_t groups;
+};
+
+// --merge without what it prints: the stream of a plan's folder that has all its parts. Throws Error.
+Joined merge_parts(const std::string &folder, const std::string &output, bool force);
 
 } // namespace fvv

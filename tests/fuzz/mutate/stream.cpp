@@ -245,8 +245,25 @@ const uint32_t types[] = {
     FVV_CHUNK_VISIBILITY,   FVV_CHUNK_COLOURS, FVV_CHUNK_ENVIRONMENT,  FVV_CHUNK_AUDIO,
     FVV_CHUNK_GROUP_END,    FVV_CHUNK_INDEX,   FVV_CHUNK_FOOTER,       0x7a7a7a7a};
 
+// What is beyond the range of sums and products: of doubles, whose bits these are, and of times.
+const uint64_t extremes[] = {
+    0x6126c2d4256ffcc3, // 1e160: its square is infinite
+    0xf8ffe30f61b37c72, // -6.9e274
+    0x7fe1ccf385ebc8a0, // 1e308
+    0x01a56e1fc2f8f359, // 1e-300
+    0x0000000000000001, // the smallest
+    0x7ff0000000000000, // infinite
+    0x7ff8000000000000, // no number
+    0x8000000000000000, // INT64_MIN, -0.0
+    0x7fffffffffffffff, // INT64_MAX
+    0x4000000000000001, // beyond half of that
+};
+uint64_t extreme(Random &random) {
+  return extremes[random.below(sizeof extremes / sizeof *extremes)];
+}
+
 void mutate_header(Chunk &chunk, Random &random) {
-  switch (random.below(5)) {
+  switch (random.below(6)) {
   case 0:
     fvv_put_u32(chunk.header, types[random.below(sizeof types / sizeof *types)]);
     break;
@@ -258,6 +275,9 @@ void mutate_header(Chunk &chunk, Random &random) {
     break;
   case 3:
     fvv_put_u64(chunk.header + 8, fvv_get_u64(chunk.header + 8) + random.below(9) - 4);
+    break;
+  case 4:
+    fvv_put_u64(chunk.header + 8, extreme(random));
     break;
   default:
     chunk.header[random.below(24)] ^= uint8_t(1 << random.below(8));
@@ -272,6 +292,11 @@ void mutate_payload(Chunk &chunk, Random &random, MutateBytes mutate) {
     const uint32_t value =
         random.below(2) ? odd[random.below(10)] : fvv_get_u32(payload.data() + at) + random.below(5) - 2;
     fvv_put_u32(payload.data() + at, value);
+    return;
+  }
+  if (payload.size() >= 8 && !random.below(6)) {
+    const size_t places = std::min<size_t>((payload.size() - 8) / 4 + 1, 128);
+    fvv_put_u64(payload.data() + 4 * size_t(random.below(uint32_t(places))), extreme(random));
     return;
   }
   const size_t size = payload.size();
