@@ -12,7 +12,8 @@ using namespace fvv::scene;
 
 namespace {
 
-using Parser = Mesh (*)(std::string_view, const std::string &, const fvv_limits *, MeshReport *, bool, bool);
+using Parser = Mesh (*)(std::string_view, const std::string &, const fvv_limits *, MeshReport *, bool, bool,
+                        MeshExtras *);
 
 // The message of a reader for bytes; empty without an error. The bytes are in a heap block of exactly their
 // size, so that a sanitizer detects a read beyond them.
@@ -20,7 +21,8 @@ std::string complaint(Parser parse, const std::string &bytes, const char *name,
                       const fvv_limits *limits = nullptr) {
   const std::vector<char> exact(bytes.begin(), bytes.end());
   try {
-    const Mesh mesh = parse(std::string_view(exact.data(), exact.size()), name, limits, nullptr, false, true);
+    const Mesh mesh =
+        parse(std::string_view(exact.data(), exact.size()), name, limits, nullptr, false, true, nullptr);
     for (const uint32_t index : mesh.faces) REQUIRE(index < mesh.vertex_count());
     for (const double coordinate : mesh.positions) REQUIRE(std::isfinite(coordinate));
     REQUIRE(mesh.face_count() > 0);

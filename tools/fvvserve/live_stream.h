@@ -143,8 +143,8 @@ private:
   enum class Input { played_file, growing_file, pipe, fifo };
 
   void run();
-  bool play_once(); // false: there will not be another stream
-  bool end_stream(); // as play_once()
+  bool play_once();                            // false: there will not be another stream
+  bool end_stream();                           // as play_once()
   void next_writer();                          // of a FIFO
   void drop_writer(const std::string &reason); // likewise: what it sends from now on is not read
   void pause_after(bool played, std::chrono::steady_clock::time_point began);
