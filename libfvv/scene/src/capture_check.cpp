@@ -2,6 +2,7 @@
 #include "fvv_cxx/input_file.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/picture_source.h"
+#include "scene/src/atlas/atlas.h"
 #include "scene/src/gltf/container.h"
 #include "scene/src/video/video_match.h"
 
