@@ -46,21 +46,83 @@ private:
   bool broken = false;
 };
 
-// What the reader finds, before it is joined to frames.
-void follow(const fvv_event &read, bool in_group, ChunkList &list, Survey::Group &group, uint32_t &frames) {
-  const fvv_chunk_header &chunk = read.chunk;
-  const bool damaged = read.kind == FVV_EVENT_DAMAGE;
-  if (damaged && !read.has_chunk) list.spoil();
-  if (read.kind != FVV_EVENT_CHUNK && !(damaged && read.has_chunk)) return;
-  if (chunk.type == FVV_CHUNK_GROUP) list.begin();
-  if (chunk.type == FVV_CHUNK_GROUP_END) {
-    group.listed = !damaged && list.is_that_of(read);
-    if (group.listed) frames = load_u32(read.payload + gend_frame_count);
-    return;
+// Calls push with the bytes of a file, block by block, as long as it returns true.
+template <class Push> void read_blocks(const InputFile &file, const Push &push) {
+  const fvv_input input = file.input();
+  std::vector<uint8_t> block(block_size);
+  for (uint64_t at = 0, part = 0; at < input.size; at += part) {
+    part = std::min<uint64_t>(input.size - at, block_size);
+    if (input.read_at(input.user, at, block.data(), size_t(part)) != FVV_OK)
+      throw Error(file.path() + ": cannot read");
+    if (!push(block.data(), size_t(part))) return;
   }
-  list.add(chunk);
-  if (damaged && in_group && chunk.type != FVV_CHUNK_GROUP)
-    group.lost.push_back({chunk.time, chunk.track, read.diagnostic});
+}
+
+// Which chunks of which groups are lost where GEND shows that all headers are there.
+class Listing {
+public:
+  explicit Listing(std::map<uint64_t, Survey::Group> &groups_) : groups(groups_) {}
+
+  void take(const fvv_event &event) {
+    const fvv_chunk_header &chunk = event.chunk;
+    const bool damaged = event.kind == FVV_EVENT_DAMAGE;
+    if (damaged && !event.has_chunk) list.spoil();
+    if (event.kind != FVV_EVENT_CHUNK && !(damaged && event.has_chunk)) return;
+    if (chunk.type == FVV_CHUNK_GROUP) {
+      list.begin();
+      found = {};
+      offset = event.offset;
+      in_group = !damaged;
+    }
+    if (chunk.type == FVV_CHUNK_GROUP_END) {
+      if (in_group && !damaged && list.is_that_of(event)) end(load_u32(event.payload + gend_frame_count));
+      in_group = false;
+      return;
+    }
+    list.add(chunk);
+    if (!in_group || chunk.type == FVV_CHUNK_GROUP) return;
+    // A frame is a time at which a group has one of these.
+    const bool of_frame = chunk.type == FVV_CHUNK_MESH || chunk.type == FVV_CHUNK_VIDEO_PACKET;
+    if (of_frame && (found.times.empty() || found.times.back() < chunk.time))
+      found.times.push_back(chunk.time);
+    if (damaged) found.lost.push_back({chunk.time, chunk.track, event.diagnostic});
+  }
+
+private:
+  void end(uint32_t frames) {
+    const auto group = groups.find(offset);
+    if (group == groups.end() || found.lost.empty() || found.times.size() != frames) return;
+    group->second.listed = true;
+    group->second.lost = std::move(found.lost);
+    group->second.times = std::move(found.times);
+  }
+
+  std::map<uint64_t, Survey::Group> &groups;
+  ChunkList list;
+  Survey::Group found;
+  uint64_t offset = 0;
+  bool in_group = false;
+};
+
+void list_lost_chunks(const InputFile &file, const fvv_limits *limits,
+                      std::map<uint64_t, Survey::Group> &groups) {
+  fvv_reader *created = nullptr;
+  fvv::check(fvv_reader_create(limits, nullptr, 0, &created), file.path(), {});
+  const std::unique_ptr<fvv_reader, decltype(&fvv_reader_destroy)> reader(created, fvv_reader_destroy);
+  Listing listing(groups);
+  fvv_event event;
+  fvv_diagnostic diagnostic = {};
+  fvv_status status = FVV_NEED_DATA;
+  const auto drain = [&] {
+    while ((status = fvv_reader_next(reader.get(), &event, &diagnostic)) == FVV_OK) listing.take(event);
+    return status == FVV_NEED_DATA;
+  };
+  read_blocks(file, [&](const uint8_t *bytes, size_t size) {
+    fvv::check(fvv_reader_push(reader.get(), bytes, size), file.path(), {});
+    return drain();
+  });
+  fvv_reader_finish(reader.get());
+  drain(); // an error of the stream was reported by the frames
 }
 
 } // namespace
@@ -88,45 +150,34 @@ Survey::Survey(const InputFile &file, const fvv_limits *limits) {
   const std::unique_ptr<fvv_frames, decltype(&fvv_frames_destroy)> frames(created, fvv_frames_destroy);
   Group *group = &groups[0];
   bool in_group = false;
-  ChunkList list;
-  uint32_t counted = 0; // frames, by GEND
   const auto take = [&](const fvv_frames_event &event) {
-    if (event.kind == FVV_FRAMES_READ) {
-      follow(*event.read, in_group, list, *group, counted);
-    } else if (event.kind == FVV_FRAMES_GROUP) {
+    if (event.kind == FVV_FRAMES_GROUP) {
       group = &groups[event.offset];
       in_group = true;
     } else if (event.kind == FVV_FRAMES_GROUP_END) {
       in_group = false;
-      // A frame all of whose chunks are lost is not among the others.
-      group->listed = group->listed && group->times.size() == counted;
-      if (!group->listed || group->lost.empty()) group->times = {};
     } else if (event.kind == FVV_FRAMES_FRAME) {
-      group->whole += event.whole != 0;
-      group->times.push_back(event.time);
+      group->whole++;
     } else if (event.kind == FVV_FRAMES_DAMAGE) {
       fvv_diagnostic &place = in_group ? group->reason : group->behind;
       if (place.status == FVV_OK) place = event.diagnostic;
     }
   };
-  const fvv_input input = file.input();
   fvv_diagnostic diagnostic = {};
   fvv_frames_event event;
-  std::vector<uint8_t> block(block_size);
   fvv_status status = FVV_OK;
+  const auto drain = [&] {
+    while ((status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
+    return status == FVV_NEED_DATA;
+  };
   const auto read = [&] {
     status = FVV_NEED_DATA;
-    for (uint64_t at = 0; status == FVV_NEED_DATA && at < input.size;) {
-      const size_t part = input.size - at < block_size ? size_t(input.size - at) : block_size;
-      if (input.read_at(input.user, at, block.data(), part) != FVV_OK)
-        throw Error(file.path() + ": cannot read");
-      fvv::check(fvv_frames_push(frames.get(), block.data(), part), file.path(), {});
-      while ((status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
-      at += part;
-    }
+    read_blocks(file, [&](const uint8_t *bytes, size_t size) {
+      fvv::check(fvv_frames_push(frames.get(), bytes, size), file.path(), {});
+      return drain();
+    });
     fvv_frames_finish(frames.get());
-    while (status >= 0 && (status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK)
-      take(event);
+    if (status >= 0) drain();
   };
   read();
   // A repetition of a damaged configuration block may come after the groups that need it.
@@ -140,6 +191,8 @@ Survey::Survey(const InputFile &file, const fvv_limits *limits) {
   // After an error of the stream everything counts as lost.
   if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, file.path(), diagnostic);
   if (status < 0 && group->reason.status == FVV_OK) group->reason = diagnostic;
+  const auto is_damaged = [](const auto &one) { return one.second.reason.status != FVV_OK; };
+  if (std::any_of(groups.begin(), groups.end(), is_damaged)) list_lost_chunks(file, limits, groups);
 }
 
 Survey::Group Survey::group(uint64_t offset) const {

@@ -27,8 +27,10 @@ template <class Parse> void parse(const uint8_t *data, size_t size, const Parse 
   fvv_limits_default(&limits);
   limits.max_vertices = limits.max_faces = 1 << 16;
   fvv::scene::MeshReport report;
+  fvv::scene::MeshExtras extras;
   try {
-    expect_consistent(parse_file(text, "input", &limits, &report, (options & 1) != 0, (options & 2) != 0));
+    expect_consistent(
+        parse_file(text, "input", &limits, &report, (options & 1) != 0, (options & 2) != 0, &extras));
   } catch (const fvv::Error &) {}
 }
 

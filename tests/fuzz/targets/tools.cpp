@@ -55,7 +55,7 @@ FVV_FUZZ_TARGET(demux_tool, fuzz::Form::stream) {
   options.rung = random.below(4) ? 0 : random.below(3);
   options.mp4 = random.below(2);
   options.threads = 1 + random.below(2);
-  options.background = random.below(4);
+  options.environment = random.below(4);
   options.sound = random.below(4);
   options.memory = memory_limit;
   if (!random.below(4)) options.frames = demux::Selection::parse("frames", "1-2");
