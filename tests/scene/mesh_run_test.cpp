@@ -110,6 +110,21 @@ TEST_CASE("a run of frames comes back from its glTF file, compressed or not") {
     }
 }
 
+TEST_CASE("a mesh that rests until later has a key at both ends") {
+  for (const Compression compression : {Compression::none, Compression::meshopt}) {
+    MeshRun run = tetrahedron(3);
+    run.frames[1].time = 0.1;
+    run.frames[1].held_until = 0.5;
+    run.frames[2].time = 0.6;
+    run.frames[2].held_until = 0.9;
+    const std::string glb = format_run(run, lattice, picture, compression, "run.glb");
+    CHECK(found(glb, 0.0) == expected(run, 0));
+    for (const double time : {0.1, 0.3, 0.5}) CHECK(found(glb, time) == expected(run, 1));
+    for (const double time : {0.6, 0.8, 0.9}) CHECK(found(glb, time) == expected(run, 2));
+    CHECK(found(glb, 0.55) != expected(run, 1));
+  }
+}
+
 TEST_CASE("displacements that 16 bits do not hold are float32") {
   MeshRun run = tetrahedron(2, 30000);
   run.frames[1].positions[0] = -32768;

@@ -51,7 +51,10 @@ private:
   // follows: nothing is missing since the frame before.
   void add(const GroupPlan &group, const WrittenFrame &frame, bool follows) {
     if (!follows || frame.empty) finish();
-    if (!frame.mesh) return; // nothing is shown, or still the mesh before
+    if (!frame.mesh) { // nothing is shown, or still the mesh before
+      if (!run.frames.empty()) run.frames.back().held_until = seconds(frame);
+      return;
+    }
     const fvv_configuration *configuration;
     fvv_diagnostic diagnostic = {};
     fvv::check(fvv_stream_configuration(stream, group.group, &configuration, &diagnostic), "configuration",
@@ -81,7 +84,8 @@ private:
   bool goes_on(const fvv_mesh &mesh, double time) const {
     const uint64_t bytes = uint64_t(mesh.vertex_count) * 3 * sizeof(float) * (mesh.normals ? 2 : 1);
     return run.frames.size() < most_frames && bytes * (run.frames.size() + 1) <= most_bytes &&
-           float(time) > float(run.frames.back().time) && is_of_run(mesh, run);
+           float(time) > float(std::max(run.frames.back().time, run.frames.back().held_until)) &&
+           is_of_run(mesh, run);
   }
 
   // The picture of the atlas that the run's first frame has in the folder.

@@ -4,6 +4,7 @@
 
 #include "fvv/visibility.h"
 #include "fvv_geometry/decimate.h"
+#include "fvv_media/mask.h"
 #include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/encoder.h"
@@ -227,6 +228,9 @@ struct Plan {
                                          // as far as they are encoded here, for each further rung
   std::shared_ptr<scene::Videos> videos; // reads pictures
   std::vector<scene::VideoReport> sources;
+  // Of each camera of the capture; empty: they are found where masks are read. For plans whose groups are
+  // encoded elsewhere, without the files of the others.
+  std::vector<media::MaskRule> mask_rules;
   bool warned = false; // while it was made
   CropChoice crop;
   Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent

@@ -260,6 +260,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     // Faces of a mesh that does not fit the cameras show their backs by chance.
     plan.warned = warn_of_coordinates(plan, sampled) || warn_of_winding(plan) || plan.warned;
   }
+  plan.warned = warn_of_masks(plan, sampled) || plan.warned;
   Tiling cameras = whole_pictures(plan.capture, options);
   if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);
   if (plan.capture.memory) leave_room(plan, cameras);

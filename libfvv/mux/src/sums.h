@@ -35,7 +35,8 @@ struct ColourFrame {
 
 void add(VisibilitySums &sums, const VisibilityFrame &frame);
 void add(ColourSums &sums, const ColourFrame &frame);
-void add(DecimationSums &sums, const decimate::Report &report);
+// group: of the frame.
+void add(DecimationSums &sums, const decimate::Report &report, size_t group);
 void add(MeshChanges &changes, const scene::MeshReport &source, const fvv_mesh_report &report);
 void add(RateResult &rate, const media::VideoCodec &codec, double quality, bool is_over);
 

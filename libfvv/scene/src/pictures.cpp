@@ -92,6 +92,7 @@ template <class Sample> struct Constants {
 class MaskRules {
 public:
   media::MaskRule of(const Capture &capture, const PictureSource &source) {
+    if (source.mask_rule) return *source.mask_rule;
     const std::lock_guard<std::mutex> lock(mutex);
     const Key key(capture.resolve(source.text()), source.file(capture.frames.number(0)));
     const auto found = rules.find(key);
@@ -105,8 +106,7 @@ private:
     const int64_t count = source.is_constant() ? 1 : capture.frames.count;
     for (int64_t i = 0; i < count; i++) {
       const std::string path = capture.resolve(source.file(capture.frames.number(i)));
-      // Where a part of a stream is encoded, the files of other parts may be elsewhere.
-      if (!why_unreadable(path).empty()) continue;
+      if (!why_unreadable(path).empty()) continue; // whatever needs the file reports it
       const auto more = media::MaskFacts::of(path);
       if (!more) return media::MaskRule::luma; // lossy: what is little above 0 is noise
       if (facts)
@@ -257,6 +257,11 @@ media::BasicImage<Sample> Videos::read(const Capture &capture, const PictureSour
       return placed(std::move(mask));
     }
   return placed(read_anew());
+}
+
+media::MaskRule Videos::mask_rule(const Capture &capture, const PictureSource &source) {
+  if (source.video || capture.memory) return media::MaskRule::luma;
+  return shared->mask_rules.of(capture, source);
 }
 
 PictureReads Videos::reads() const {

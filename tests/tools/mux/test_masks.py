@@ -155,3 +155,28 @@ def test_sheets_show_the_same(made, tmp_path):
         run("fvvimport", "capture", folder, "--sheet", tmp_path / f"{name}.png")
         sheets.append((tmp_path / f"{name}.png").read_bytes())
     assert tool_path("fvvimport") and sheets[0] == sheets[1]
+
+
+def everywhere(value):
+    return lambda mask, path: Image.fromarray(np.full(mask.shape, value, np.uint8)).save(path)
+
+
+@pytest.mark.parametrize(("value", "what"), [(0, "empty"), (255, "full")])
+def test_masks_that_say_nothing_are_a_warning(value, what, made, tmp_path):
+    """All of one camera's, while the mesh is in its picture."""
+    folder = tmp_path / "capture"
+    shutil.copytree(made, folder)
+    paths = list(masks_of(folder))[FRAMES : 2 * FRAMES]
+    for path in paths:
+        everywhere(value)(np.asarray(Image.open(path).convert("L")), path)
+    camera = json.loads((folder / "capture.json").read_text())["cameras"][1]
+    for crop in "auto", "none":
+        found = run("fvvmux", folder, "-o", tmp_path / f"{crop}.fvv", *QUICK, "--crop", crop, code=3)
+        assert found.stderr.count("\n") == 1
+        assert f"camera {camera['id']} " in found.stderr
+        assert f"its masks are {what} in all frames" in found.stderr
+    # One frame that says something is enough.
+    image = Image.open(paths[1])
+    image.paste(255 - value, (8, 8, 24, 24))
+    image.save(paths[1])
+    run("fvvmux", folder, "-o", tmp_path / "o.fvv", *QUICK)

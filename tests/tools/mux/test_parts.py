@@ -3,8 +3,10 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
 from conftest import figures, run
+from PIL import Image
 
 GROUP = 4
 
@@ -145,6 +147,24 @@ def test_parts_are_encoded_from_their_own_frames(captures, tmp_path):
     assert (here / "group-1.fvv").read_bytes() == (there / "group-1.fvv").read_bytes()
     assert "0008" in fails("--part", 2, tmp_path / "parts", *moved)
     assert "group-2.fvv" not in files(tmp_path / "parts")
+
+
+def test_the_plan_decides_how_masks_are_read(captures, tmp_path):
+    """Labels of 0 and 1 but for one bright mask in another group: the parts know of it where its file is not."""
+    folder = shutil.copytree(captures / "small", tmp_path / "capture")
+    for path in folder.rglob("mask_*.png"):
+        mask = np.asarray(Image.open(path).convert("L")) > 127
+        bright = int(path.stem[-4:]) >= GROUP
+        Image.fromarray(np.where(mask, 255 if bright else 1, 0).astype(np.uint8)).save(path)
+    options = ("--group", GROUP, "--crop", "none", "--tile-fill", "flat")
+    run("fvvmux", folder, "--plan", tmp_path / "parts", *options, code=(0, 3), warns=True)
+    whole = shutil.copytree(tmp_path / "parts", tmp_path / "whole")
+    run("fvvmux", "--part", 0, whole, "--force", code=(0, 3), warns=True)
+    for path in folder.rglob("*_*.png"):
+        if int(path.stem[-4:]) >= GROUP:
+            path.unlink()
+    run("fvvmux", "--part", 0, tmp_path / "parts", "--force", code=(0, 3), warns=True)
+    assert (tmp_path / "parts/group-0.fvv").read_bytes() == (whole / "group-0.fvv").read_bytes()
 
 
 def test_what_the_commands_print(captures, tmp_path):

@@ -63,6 +63,14 @@ struct ColourSums {
   double psnr() const; // dB, over the vertices that cameras show; infinite without an error
 };
 
+// Triangles that decimation left in the frames of one group.
+struct GroupTriangles {
+  size_t group;
+  uint64_t frames = 0, faces = 0, locked_faces = 0, kept = 0; // kept: frames
+
+  double mean() const { return double(faces) / double(frames); }
+};
+
 struct DecimationSums {
   uint64_t frames = 0, kept = 0;              // that were to be decimated; of these, unchanged
   uint64_t faces_before = 0, faces_after = 0; // of all frames
@@ -74,7 +82,10 @@ struct DecimationSums {
   size_t vanished_pieces = 0;                 // of all frames
   double vanished_area = 0;                   // likewise
   double thin_area = 0;                       // likewise
+  std::vector<GroupTriangles> groups;         // that have frames to be decimated, in order
 
+  // The group with most triangles a frame, and how many times as many as the median group it has; 0 without.
+  double max_over_median(GroupTriangles *largest = nullptr) const;
   double rms() const;
   double volume_change() const; // as a fraction; 0 if there is no volume
 };

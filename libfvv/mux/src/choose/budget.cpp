@@ -236,9 +236,12 @@ QuantisationLoss quantisation_loss(const geometry::Mesh &mesh, const geometry::L
     if (!(decimate::face_area(points, f) > 0)) lost += area;
   }
   QuantisationLoss out;
-  if (!(lost > 0)) return out;
+  if (!(whole > 0)) return out;
+  out.flat = decimate::flattened_pieces(mesh, lattice);
+  // Faces with texture coordinates of their own stay two where they meet.
+  if (!decimated && mesh.texture.empty()) lost += decimate::merged_area(mesh, lattice);
   out.share = lost / whole;
-  if (decimated) return out;
+  if (decimated || !(lost > 0)) return out;
   decimate::Budget budget;
   budget.lattice = lattice;
   budget.min_piece = min_component;

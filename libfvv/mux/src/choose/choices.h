@@ -37,8 +37,9 @@ std::string budget_text(const Plan &plan, double times = 1);
 
 // What rounding to the lattice takes away of a mesh.
 struct QuantisationLoss {
-  double share = 0;      // of the area: of faces that have none on the lattice
+  double share = 0;      // of the area: of faces that have none on the lattice, or become one with another
   decimate::Lost pieces; // of which no face is left, but for those below --min-component
+  decimate::Lost flat;   // whose two sides become one
 };
 // decimated: pieces are in its report then.
 QuantisationLoss quantisation_loss(const geometry::Mesh &mesh, const geometry::Lattice &lattice,
@@ -63,6 +64,10 @@ std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame)
 // Warns when no camera sees the meshes because their units, axes or origins differ, with what would make them
 // fit; true if it did. meshes: as in the files. The plan's winding is chosen.
 bool warn_of_coordinates(const Plan &plan, const std::vector<SampledMesh> &meshes);
+
+// Warns of cameras whose masks have no foreground in any frame, or no background, though the mesh is in their
+// pictures; true if it did. meshes: as in the files.
+bool warn_of_masks(const Plan &plan, const std::vector<SampledMesh> &meshes);
 
 // Warns when faces are inside out in the stream; true if it did. The plan's winding is chosen.
 bool warn_of_winding(const Plan &plan);

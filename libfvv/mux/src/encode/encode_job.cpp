@@ -37,13 +37,19 @@ bool warn_of_losses(const Plan &plan, const std::string &name, double times, con
 // The same for what rounding to the lattice took away. frame: its number in file names.
 bool warn_of_quantisation(const Plan &plan, const MeshTrack &track, int64_t frame,
                           const QuantisationLoss &loss) {
-  const decimate::Lost &pieces = loss.pieces;
-  if (!(loss.share > most_quantisation_loss) && !pieces.pieces) return false;
-  const std::string what =
-      loss.share > most_quantisation_loss
-          ? fvv::format("faces with %.3g %% of the area vanish", 100 * loss.share)
-          : std::to_string(pieces.pieces) + (pieces.pieces == 1 ? " piece of " : " pieces of ") +
-                area_text(plan, pieces.area) + (pieces.pieces == 1 ? " vanishes" : " together vanish");
+  const auto pieces = [&](const decimate::Lost &lost, const char *one, const char *many) {
+    return std::to_string(lost.pieces) + (lost.pieces == 1 ? " piece of " : " pieces of ") +
+           area_text(plan, lost.area) + " " + (lost.pieces == 1 ? one : many);
+  };
+  std::string what;
+  if (loss.flat.pieces)
+    what = pieces(loss.flat, "loses its thickness", "together lose their thickness");
+  else if (loss.share > most_quantisation_loss)
+    what = fvv::format("faces with %.3g %% of the area vanish", 100 * loss.share);
+  else if (loss.pieces.pieces)
+    what = pieces(loss.pieces, "vanishes", "together vanish");
+  else
+    return false;
   plan.observer.warn(plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": " +
                      (track.rung ? "rung " + std::to_string(track.rung) + ": " : "") + what +
                      " on the lattice, whose step is " + length_text(plan, plan.lattice.lattice.step) + ", " +
@@ -361,7 +367,7 @@ private:
     const int64_t number = plan.capture.frames.number(int64_t(frame));
     if (warn_of_quantisation(plan, of, number, mesh.loss)) sums.warned = true;
     if (!mesh.decimation) return;
-    mux::add(of_track.decimation, *mesh.decimation);
+    mux::add(of_track.decimation, *mesh.decimation, plan.group_of(frame));
     if (of.rung) return; // more is lost there: one warning for all frames
     const std::string name = plan.capture.mesh_path(number) + ": frame " + std::to_string(number);
     if (warn_of_losses(plan, name, 1, mesh.decimation->vanished, mesh.decimation->thin_area))

@@ -195,6 +195,9 @@ PartPlan::PartPlan(const Options &options, const Observer &observer, const Sink 
   given.capture = std::filesystem::absolute(scene::description_file(options.capture)).string();
   data.capture = scene::read_file(given.capture, largest_capture);
   data.plan = make_plan(given, collecting(observer, data.warnings));
+  for (const scene::Camera &camera : data.plan.capture.cameras)
+    data.plan.mask_rules.push_back(
+        camera.masks ? data.plan.videos->mask_rule(data.plan.capture, *camera.masks) : media::MaskRule::luma);
   std::vector<std::string> warnings;
   data.plan.observer = collecting(observer, warnings);
   {

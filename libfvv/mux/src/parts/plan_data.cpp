@@ -189,11 +189,11 @@ struct Fields {
   // Of the capture, what files say; sources are for a summary alone.
   template <class A> static void of(A &a, Plan &v) {
     auto &[options, observer, capture, group_size, groups, bad, has_constant_topology, error, lattice, meshes,
-           shares_meshes, normals, winding, texture_bits, tracks, videos, sources, warned, crop, whole,
-           visibility, match, inset, colours, undistortion, environment, sounds, frame_limit] = v;
+           shares_meshes, normals, winding, texture_bits, tracks, videos, sources, mask_rules, warned, crop,
+           whole, visibility, match, inset, colours, undistortion, environment, sounds, frame_limit] = v;
     a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, error, lattice,
-      meshes, shares_meshes, normals, winding, texture_bits, tracks, warned, crop, whole, visibility, match,
-      inset, colours, environment, sounds, frame_limit);
+      meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, warned, crop, whole,
+      visibility, match, inset, colours, environment, sounds, frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
     auto &[plan, decisions, capture, warnings] = v;
@@ -334,7 +334,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 2;
+constexpr int plan_version = 3;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);
@@ -351,6 +351,9 @@ void complete(PlanData &data, const std::string &path) {
   plan.capture.frames = frames;
   plan.capture.empty = empty;
   plan.capture.flip_faces = plan.winding.flip;
+  std::vector<scene::Camera> &cameras = plan.capture.cameras;
+  for (size_t i = 0; i < std::min(cameras.size(), plan.mask_rules.size()); i++)
+    if (cameras[i].masks) cameras[i].masks->mask_rule = plan.mask_rules[i];
   if (plan.options.undistort)
     plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, plan.options.undistort_alpha);
   if (plan.match.on) plan.match.tables = gain_tables(plan.match, plan.capture.cameras.size());

@@ -90,7 +90,7 @@ void add(ColourSums &sums, const ColourFrame &frame) {
   sums.squares += frame.squares;
 }
 
-void add(DecimationSums &sums, const decimate::Report &report) {
+void add(DecimationSums &sums, const decimate::Report &report, size_t group) {
   sums.frames++;
   sums.kept += report.kept;
   sums.faces_before += report.faces_before;
@@ -105,6 +105,21 @@ void add(DecimationSums &sums, const decimate::Report &report) {
   sums.vanished_pieces += report.vanished.pieces;
   sums.vanished_area += report.vanished.area;
   sums.thin_area += report.thin_area;
+  if (sums.groups.empty() || sums.groups.back().group != group) sums.groups.push_back({group});
+  GroupTriangles &here = sums.groups.back();
+  here.frames++;
+  here.faces += report.faces_after;
+  here.locked_faces += report.locked_faces;
+  here.kept += report.kept;
+}
+
+double DecimationSums::max_over_median(GroupTriangles *largest) const {
+  if (groups.empty()) return 0;
+  std::vector<GroupTriangles> sorted = groups;
+  std::sort(sorted.begin(), sorted.end(), [](const auto &a, const auto &b) { return a.mean() < b.mean(); });
+  if (largest) *largest = sorted.back();
+  const double median = sorted[sorted.size() / 2].mean();
+  return median > 0 ? sorted.back().mean() / median : 0;
 }
 
 void add(RateResult &rate, const media::VideoCodec &codec, double quality, bool is_over) {

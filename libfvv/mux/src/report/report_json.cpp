@@ -51,6 +51,7 @@ Json budget_json(const Report &r) {
   out["rms_pixels"] = seen ? Json(sums.rms_pixels) : Json(nullptr);
   out["max_pixels"] = seen ? Json(sums.max_pixels) : Json(nullptr);
   out["volume_change"] = sums.volume_change();
+  out["triangles_max_over_median"] = sums.max_over_median();
   out["locked_triangles"] = double(sums.locked_faces) / frames;
   out["vanished_pieces"] = sums.vanished_pieces;
   out["vanished_area"] = sums.vanished_area;

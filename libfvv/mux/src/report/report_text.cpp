@@ -22,6 +22,26 @@ std::string budget_text(const Report &r, double value) {
   return r.budget.is_length ? length_text(r.scale_unknown, value) : fvv::format("%g px", value);
 }
 
+// More than this many times the triangles of the median group is worth a reason.
+constexpr double uneven = 1.5;
+
+std::string largest_group_text(const Report &r) {
+  GroupTriangles largest = {};
+  const double times = r.decimation.max_over_median(&largest);
+  if (!(times > uneven)) return "";
+  std::string out =
+      fvv::format("            group %zu has %.0f triangles a frame, %.1f times as many as the median "
+                  "group: ",
+                  largest.group, largest.mean(), times);
+  if (largest.kept) return out + "fewer would break the budget there\n";
+  if (2 * largest.locked_faces > largest.faces)
+    return out +
+           fvv::format("%.0f stay, or places would be off by more than ",
+                       double(largest.locked_faces) / double(largest.frames)) +
+           budget_text(r, decimate::max_over_rms * r.budget.max_error) + "\n";
+  return out + "its shapes, or how they change, need them\n";
+}
+
 std::string decimation_text(const Report &r) {
   const DecimationSums &sums = r.decimation;
   const BudgetReport &budget = r.budget;
@@ -45,6 +65,7 @@ std::string decimation_text(const Report &r) {
     out += fvv::format("            %.0f triangles a frame stay, or places would be off by more than ",
                        double(sums.locked_faces) / frames) +
            budget_text(r, decimate::max_over_rms * budget.max_error) + "\n";
+  out += largest_group_text(r);
   if (sums.kept)
     out += fvv::format("            %llu frames are as they were: fewer triangles would break the budget\n",
                        (unsigned long long)sums.kept);

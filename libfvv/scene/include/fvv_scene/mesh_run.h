@@ -12,13 +12,15 @@ namespace fvv::scene {
 // One frame or more, with the vertices and faces of each other. positions: indices of a lattice, 3 a vertex.
 // normals: of any frame that has positions, 3 a vertex, or empty in all. texture: indices u v of a vertex, in
 // steps of 2^-texture_bits, v down, or empty. times: of the frames, in seconds, from 0 on, and increasing as
-// float32. names: of the frames.
+// float32. held_until: later, before the next frame's time, if the mesh of a frame rests; else not above its
+// time. names: of the frames.
 struct MeshRun {
   struct Frame {
     std::vector<int32_t> positions;
     std::vector<float> normals;
     double time = 0;
     std::string name;
+    double held_until = 0;
   };
   std::vector<Frame> frames;
   std::vector<uint32_t> faces;
@@ -33,7 +35,8 @@ struct MeshRun {
 enum class Compression { none, draco, meshopt };
 
 // A GLB, the same bytes for the same run everywhere. Frames after the first are morph targets, which carry
-// their names, and the animation "frames" shows each at its time; between two frames it interpolates. A run
+// their names, and the animation "frames" shows each at its time, and until held_until; between two frames it
+// interpolates. A run
 // of one frame has no animation. picture: a file of PNG or JPEG for texture coordinates, shown without
 // lighting; empty: none, and the mesh is grey. Compressed, vertices have another order and those of no face
 // are left out; with Draco, which takes a run of one frame only, faces have another order too, and with

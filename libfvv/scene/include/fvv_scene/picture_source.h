@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fvv/types.h"
+#include "fvv_media/mask.h"
 
 #include <cstdint>
 #include <optional>
@@ -66,7 +67,9 @@ public:
   // of the file for videos.
   std::optional<int> rotate;
   std::optional<Placement> place; // none: they have the calibration's size
-  size_t memory_camera = 0;       // of Capture::memory, where there is one
+  // Of masks in files of stills; none: Videos finds it by all of them.
+  std::optional<media::MaskRule> mask_rule;
+  size_t memory_camera = 0; // of Capture::memory, where there is one
 
   // As capture.json has it: the pattern, or the video's name.
   const std::string &text() const { return video ? video->file : pattern->text(); }

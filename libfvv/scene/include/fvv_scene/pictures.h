@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fvv_media/image.h"
+#include "fvv_media/mask.h"
 #include "fvv_scene/capture.h"
 
 #include <memory>
@@ -30,6 +31,9 @@ public:
   template <class Sample = uint8_t>
   media::BasicImage<Sample> read(const Capture &capture, const PictureSource &source, int64_t frame,
                                  int channels);
+
+  // By which the masks of a camera are read: of stills, by the files of all frames.
+  media::MaskRule mask_rule(const Capture &capture, const PictureSource &source);
 
   PictureReads reads() const;
 

@@ -46,7 +46,8 @@ MeshRun in_order_of_use(const MeshRun &run) {
   out.texture_bits = run.texture_bits;
   out.texture = moved(run.texture, 2);
   for (const MeshRun::Frame &frame : run.frames)
-    out.frames.push_back({moved(frame.positions, 3), moved(frame.normals, 3), frame.time, frame.name});
+    out.frames.push_back(
+        {moved(frame.positions, 3), moved(frame.normals, 3), frame.time, frame.name, frame.held_until});
   for (const uint32_t corner : run.faces) out.faces.push_back(places[corner]);
   return out;
 }
@@ -249,18 +250,25 @@ private:
     return targets<float>(bytes, 3 * sizeof(float), gltf::component_float32, {});
   }
 
-  // At the time of frame i the weight of its target is 1, and all others are 0.
+  // At the time of frame i, and while it rests, the weight of its target is 1, and all others are 0.
   void animate() {
     const size_t count = run.frames.size();
     std::string times, weights;
-    for (size_t i = 0; i < count; i++) {
-      gltf::put_float(times, float(run.frames[i].time));
+    std::vector<float> keys;
+    const auto add = [&](size_t i, double time) {
+      keys.push_back(float(time));
+      gltf::put_float(times, float(time));
       for (size_t target = 1; target < count; target++) gltf::put_float(weights, i == target ? 1 : 0);
+    };
+    for (size_t i = 0; i < count; i++) {
+      const MeshRun::Frame &frame = run.frames[i];
+      add(i, frame.time);
+      if (float(frame.held_until) > float(frame.time)) add(i, frame.held_until);
     }
-    const size_t input = out.accessor(out.view(times), gltf::component_float32, count, "SCALAR");
-    out.bound<float>(input, {float(run.frames.front().time)}, {float(run.frames.back().time)});
+    const size_t input = out.accessor(out.view(times), gltf::component_float32, keys.size(), "SCALAR");
+    out.bound<float>(input, {keys.front()}, {keys.back()});
     const size_t output = out.accessor(out.elements(weights, gltf::Use::none, sizeof(float)),
-                                       gltf::component_float32, count * (count - 1), "SCALAR");
+                                       gltf::component_float32, keys.size() * (count - 1), "SCALAR");
     out.list("animations")
         .push_back({{"name", "frames"},
                     {"samplers", {{{"input", input}, {"interpolation", "LINEAR"}, {"output", output}}}},
