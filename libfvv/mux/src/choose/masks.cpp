@@ -11,8 +11,8 @@ namespace fvv::mux {
 
 namespace {
 
-constexpr double least_within = 0.01; // of a mesh's vertices, that are in the picture
-constexpr double most_covered = 0.9;  // of a picture that is not filled by the mesh
+constexpr double least_of_vertices = 0.01; // of a mesh's vertices, that are in the picture
+constexpr double most_covered = 0.9;       // of a picture that is not filled by the mesh
 
 // What the masks of a camera have in some frame.
 struct MaskContent {
@@ -47,7 +47,7 @@ MeshInPicture look(const geometry::Mesh &mesh, const fvv_camera &camera) {
     within += fvv_camera_project(&camera, &mesh.positions[3 * v], pixel, nullptr) == 1 && pixel[0] >= 0 &&
               pixel[1] >= 0 && pixel[0] < camera.width && pixel[1] < camera.height;
   }
-  out.within = within && double(within) >= least_within * double(mesh.vertex_count());
+  out.within = within && double(within) >= least_of_vertices * double(mesh.vertex_count());
   const Silhouette box = box_of_mesh(mesh, camera);
   const double covered = double(box.right - box.left) * double(box.bottom - box.top);
   out.fills = covered >= most_covered * camera.width * camera.height;
