@@ -59,10 +59,10 @@ export function moveCapture(folder, name, { by = [0, 0, 0], scale = 1 }) {
     camera.translation = camera.rotation.map(
       (row, i) => scale * camera.translation[i] - row.reduce((sum, x, k) => sum + x * by[k], 0),
     );
-  if (capture.background && scale === 1) {
-    capture.background = { file: `${name}.glb`, lattice: { origin: by, step: ENVIRONMENT_STEP } };
-    moveGlb(join(folder, "background.glb"), join(folder, `${name}.glb`), by);
-  } else delete capture.background;
+  if (capture.environment && scale === 1) {
+    capture.environment = { file: `${name}.glb`, lattice: { origin: by, step: ENVIRONMENT_STEP } };
+    moveGlb(join(folder, "environment.glb"), join(folder, `${name}.glb`), by);
+  } else delete capture.environment;
   const path = join(folder, `${name}.json`);
   writeFileSync(path, JSON.stringify(capture));
   return path;

@@ -86,6 +86,7 @@ HOW = {
 LANGUAGES = {
     "sh": "in a folder with a capture and a stream",
     "jsx": ELSEWHERE + "js: packages",
+    "tsx": ELSEWHERE + "js: samples",
     "json": "parsed, and compared with its schema",
     "js": ELSEWHERE + "js: docs: samples",
     "html": ELSEWHERE + "js: docs: samples",

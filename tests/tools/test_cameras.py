@@ -119,6 +119,7 @@ def near(cameras):
     camera["lens"] = {"model": "none"}
     camera["intrinsics"].update(fx=60, fy=60, cx=20)  # the picture does not match; only its position matters
     camera["translation"][2] = 2.1
+    camera.pop("masks", None)  # nor do its masks
 
 
 def folding(cameras):

@@ -323,7 +323,7 @@ void write_files(const Options &options, Result &result) {
   Pictures pictures(options, result);
   cli::Progress progress(options.output, uint64_t(pictures.count()));
   for (int64_t i = 0; i < pictures.count(); i++) {
-    char name[24];
+    char name[32];
     std::snprintf(name, sizeof name, "%04lld.png", static_cast<long long>(i));
     const std::vector<uint8_t> bytes = media::encode_png(pictures.draw(i));
     folder.write(name, {reinterpret_cast<const char *>(bytes.data()), bytes.size()});

@@ -70,13 +70,17 @@ for (const behaviour of ["whole", "wrong", "gzip"])
     decoder.close();
   });
 
-for (const behaviour of ["changing", "growing"])
+// Another ETag with the footer of the same index is the same file, from another node of a network.
+for (const [behaviour, expected] of [
+  ["changing", []],
+  ["growing", ["changed"]],
+])
   test(`a file that changes while it is read (${behaviour}) is opened again, not mixed`, async () => {
     const { decoder, warnings } = await open(`${behaviour}/moving`, { cacheBytes: 0 });
     assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
     await decoder.seek({ time: 0n });
     assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
-    assert.deepEqual(warnings, ["changed"]);
+    assert.deepEqual(warnings, expected);
     assert.equal(decoder.frameCount, 5);
     decoder.close();
   });

@@ -47,7 +47,7 @@ function makeStreams() {
     tool("fvvmux", moveCapture(at("placed"), name, place), "-o", at(`${name}.fvv`), ...plain);
   // The same scene, scaled so that its longest side has this length.
   const capture = JSON.parse(readFileSync(at("studio/capture.json"), "utf8"));
-  delete capture.background;
+  delete capture.environment;
   for (const metres of scales) {
     const name = `scale${metres}`;
     writeFileSync(at(`studio/${name}.json`), JSON.stringify({ ...capture, units: metres / 4 }));

@@ -30,8 +30,8 @@ def test_capture(game):
     assert not (game / "claps.wav").exists()
 
 
-def test_ceiling_in_background(game):
-    glb = (game / "background.glb").read_bytes()
+def test_ceiling_in_the_environment(game):
+    glb = (game / "environment.glb").read_bytes()
     length = int.from_bytes(glb[12:16], "little")
     document = json.loads(glb[20 : 20 + length])
     # Floor, walls and ceiling; beams, purlins, and lamps in two colours.

@@ -435,7 +435,11 @@ def test_fifo_has_one_writer_after_another(tmp_path):
                 client = server.live("now")
 
 
-@pytest.mark.parametrize("bad", [b"", b"this is no stream, and long enough to be sure of it" * 5000, "cut"])
+@pytest.mark.parametrize(
+    "bad",
+    [b"", b"this is no stream, and long enough to be sure of it" * 5000, "cut"],
+    ids=["nothing", "noise", "cut"],
+)
 def test_a_bad_writer_does_not_end_the_channel(bad, tmp_path):
     """It dies before its first byte, sends something else, or is cut within its header: the next one is served."""
     path = tmp_path / "fifo"

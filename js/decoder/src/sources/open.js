@@ -1,10 +1,9 @@
 // Opens a source by its description: memory, files, streams and URLs.
 
-import { FvvError } from "../errors.js";
 import { askForRange, FRONT, HostSource, noRange } from "./host.js";
 import { LiveSource } from "./live.js";
 import { BlobSource, BufferSource, PulledSource } from "./local.js";
-import { asTransient, failed, joined, Network } from "./network.js";
+import { failed, joined, Network } from "./network.js";
 import { ResponseSource } from "./response.js";
 import { SegmentSource } from "./segments.js";
 
@@ -47,7 +46,7 @@ async function restOfSuffix(network, url, [last, size], outage) {
         break;
       }
       const bytes = await reply.bytes();
-      if (!bytes.length) throw asTransient(new FvvError({ code: "io", message: `${url}: an empty response` }));
+      if (!bytes.length) break; // the size is wrong, or the host does not keep to its word
       pieces.push(bytes);
       at += bytes.length;
       outage.progress();

@@ -43,10 +43,12 @@ Calibration read_opencv(const std::vector<std::string> &files) {
                   ": is a camera_info of ROS, which has no pose: expected rvec or R, and tvec or T, world "
                   "to camera, beside its keys");
     const Node &turn = fields.at({"rvec", "R"});
-    if (turn.name == "rvec")
+    if (turn.name == "rvec") {
       set_rotation_vector(fields.vector(turn, 3), model);
-    else
-      set_turn(fields, turn, model);
+    } else {
+      const auto r = fields.square(turn);
+      std::copy(r.begin(), r.end(), model.rotation);
+    }
     const auto t = fields.vector(fields.at({"tvec", "T", "t"}), 3);
     std::copy(t.begin(), t.end(), model.translation);
     append(calibration, std::move(camera), path);
