@@ -109,7 +109,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     assert.deepEqual(await ask(() => [window.player.currentFrame, window.player.paused]), [5, true]);
     await ask(() => (window.player.showCameras = "sheet"));
     await until(() => window.player._stage.renderer.tiles.length === 5);
-    await ask(() => (window.player.showCameras = "none"));
+    await ask(() => (window.player.showCameras = null));
     await load("players");
   });
 

@@ -207,11 +207,11 @@ private:
       Contribution contributions[max_best];
       const bool keep = sample == centre && options.keep_visibility;
       sum += colour(viewer, hit, excluded, contributions,
-                    keep ? &picture.visible[pixel * sources.size()] : nullptr);
+                    keep ? picture.visible.data() + pixel * sources.size() : nullptr);
       if (sample != centre) continue;
       picture.depth[pixel] = float(hit.depth);
       picture.face[pixel] = hit.face;
-      std::copy_n(contributions, options.best, &picture.contributions[pixel * options.best]);
+      std::copy_n(contributions, options.best, picture.contributions.data() + pixel * options.best);
     }
     sum += options.background * double(empty);
     picture.rgb[3 * pixel] = float(sum.x / count);
