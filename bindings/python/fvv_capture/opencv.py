@@ -1,4 +1,4 @@
-"""What moved between OpenCV 4.8 and 5, and its failures as errors that name the file and the frame."""
+"""What moved between OpenCV 4.10 and 5, and its failures as errors that name the file and the frame."""
 
 from __future__ import annotations
 
