@@ -8,13 +8,17 @@
 namespace fvv::import {
 
 void set_pose_opengl(fvv_camera &camera, const double axes[9], const double centre[3]) {
+  for (int row = 0; row < 3; row++)
+    for (int column = 0; column < 3; column++)
+      camera.rotation[3 * row + column] = row == 0 ? axes[column] : -axes[3 * row + column];
+  set_centre(camera, centre);
+}
+
+void set_centre(fvv_camera &camera, const double centre[3]) {
   for (int row = 0; row < 3; row++) {
     camera.translation[row] = 0;
-    for (int column = 0; column < 3; column++) {
-      const double r = row == 0 ? axes[column] : -axes[3 * row + column];
-      camera.rotation[3 * row + column] = r;
-      camera.translation[row] -= r * centre[column];
-    }
+    for (int column = 0; column < 3; column++)
+      camera.translation[row] -= camera.rotation[3 * row + column] * centre[column];
   }
 }
 

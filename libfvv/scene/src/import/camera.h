@@ -14,6 +14,9 @@ namespace fvv::import {
 // position. R = diag(1, -1, -1) axes, t = -R centre.
 void set_pose_opengl(fvv_camera &camera, const double axes[9], const double centre[3]);
 
+// The translation of a camera with this centre, whose rotation is set: t = -R centre.
+void set_centre(fvv_camera &camera, const double centre[3]);
+
 // The lens from all eight coefficients; without any that is not 0 there is none.
 void set_radtan(fvv_camera &camera, const double coefficients[8]);
 void set_fisheye(fvv_camera &camera, const double coefficients[4]);

@@ -5,24 +5,17 @@
 #include "scene/src/import/fields.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace fvv::import {
 
 namespace {
 
-// Where the files have no H_NAME and W_NAME, the size is the caller's.
+// Where the files have no H_NAME and W_NAME, which may be reals, the size is the caller's.
 void set_size_of(const Fields &fields, const std::string &path, const std::string &name, uint32_t width,
                  uint32_t height, fvv_camera &camera) {
   const Node *w = fields.find({("W_" + name).c_str()}), *h = fields.find({("H_" + name).c_str()});
-  const auto side = [&](const Node &node) {
-    const double value = fields.number(node); // reals in some of them
-    if (!(value >= 1 && value <= INT32_MAX) || value != std::floor(value))
-      fields.fail(node, "expected a number of pixels for " + node.name);
-    return static_cast<uint32_t>(value);
-  };
-  camera.width = w ? side(*w) : width;
-  camera.height = h ? side(*h) : height;
+  camera.width = w ? pixels_of(fields, *w, fields.number(*w)) : width;
+  camera.height = h ? pixels_of(fields, *h, fields.number(*h)) : height;
   if (!camera.width || !camera.height)
     throw Error(path + ": has no W_" + name + " and H_" + name + ": pass the size of the pictures");
 }

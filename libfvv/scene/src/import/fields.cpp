@@ -173,16 +173,17 @@ Node parse_storage(const std::string &path) {
   return parse_yaml(bytes, path);
 }
 
+uint32_t pixels_of(const Fields &fields, const Node &node, double value) {
+  if (!(value >= 1 && value <= INT32_MAX) || value != std::floor(value))
+    fields.fail(node, "expected a whole number of pixels for " + node.name);
+  return static_cast<uint32_t>(value);
+}
+
 void set_size(const Fields &fields, fvv_camera &camera) {
-  const auto side = [&](double value, const Node &node) {
-    if (!(value >= 1 && value <= INT32_MAX) || value != std::floor(value))
-      fields.fail(node, "expected width and height in pixels for " + node.name + ", found others");
-    return static_cast<uint32_t>(value);
-  };
   if (const Node *both = fields.find({"image_size", "img_size", "imageSize", "resolution", "size"})) {
     const auto sides = fields.vector(*both, 2);
-    camera.width = side(sides[0], *both);
-    camera.height = side(sides[1], *both);
+    camera.width = pixels_of(fields, *both, sides[0]);
+    camera.height = pixels_of(fields, *both, sides[1]);
     return;
   }
   camera.width = static_cast<uint32_t>(fields.integer(fields.at({"image_width", "width"}), 1, INT32_MAX));

@@ -43,6 +43,8 @@ private:
 // XML of cv::FileStorage, YAML or JSON by its first character.
 Node parse_storage(const std::string &path);
 
+// A value of a node that counts pixels: 1 or more, whole.
+uint32_t pixels_of(const Fields &fields, const Node &node, double value);
 // Width and height: two numbers of one key or of two.
 void set_size(const Fields &fields, fvv_camera &camera);
 // K, whose skew must be 0: cv::projectPoints ignores it.

@@ -4,8 +4,6 @@
 
 #include "scene/src/import/fields.h"
 
-#include <algorithm>
-
 namespace fvv::import {
 
 namespace {
@@ -21,9 +19,7 @@ void set_camera(const Fields &fields, fvv_camera &camera) {
   camera.fy = f[1];
   camera.cx = f[2] + 0.5;
   camera.cy = f[3] + 0.5;
-  const auto sides = fields.vector(fields.at({"resolution"}), 2);
-  camera.width = static_cast<uint32_t>(std::clamp(sides[0], 0.0, 1e9));
-  camera.height = static_cast<uint32_t>(std::clamp(sides[1], 0.0, 1e9));
+  set_size(fields, camera);
   const Node &lens = fields.at({"distortion_model"});
   if (lens.text == "none") return;
   if (lens.text != "radtan" && lens.text != "equidistant")

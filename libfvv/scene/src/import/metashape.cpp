@@ -128,15 +128,13 @@ private:
       centre[i] = world.translation[i];
       for (size_t k = 0; k < 3; k++) centre[i] += world.scale * world.rotation[3 * i + k] * m[4 * k + 3];
     }
-    for (size_t row = 0; row < 3; row++) {
-      camera.translation[row] = 0;
+    for (size_t row = 0; row < 3; row++)
       for (size_t column = 0; column < 3; column++) {
         double r = 0;
         for (size_t k = 0; k < 3; k++) r += world.rotation[3 * column + k] * m[4 * k + row];
         camera.rotation[3 * row + column] = r;
-        camera.translation[row] -= r * centre[column];
       }
-    }
+    set_centre(camera, centre);
   }
 
   void read_cameras(const Node &list) {

@@ -63,13 +63,8 @@ public:
     }
     set_lens(lens, path, camera);
     const auto r = numbers("Rotation", 9), c = numbers("Position", 3);
-    for (size_t row = 0; row < 3; row++) {
-      camera.translation[row] = 0;
-      for (size_t k = 0; k < 3; k++) {
-        camera.rotation[3 * row + k] = r[3 * row + k];
-        camera.translation[row] -= r[3 * row + k] * c[k];
-      }
-    }
+    std::copy(r.begin(), r.end(), camera.rotation);
+    set_centre(camera, c.data());
   }
 
 private:
