@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <map>
 #include <utility>
@@ -21,6 +20,9 @@ constexpr double draft_loss = 0.35;
 // dB by which the next cheaper quality has to miss the target, by the smallest fall of the drafts, to be
 // skipped. With pictures of cameras the fall of drafts was that of final encodings within 0.01 dB a step.
 constexpr double sure = 0.1;
+// dB below the best quality, of pictures that no quality brings to the target. What is lost there is lost
+// before encoding (chroma at half the resolution): the last steps multiply the bytes and gain nothing.
+constexpr double below_best = 0.1;
 
 // PSNR falls almost linearly with the step: interpolating needs half the encodings of bisection, and none at
 // the best quality, which is the slowest to encode. Steps count from the best quality to the cheapest.
@@ -142,12 +144,8 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<Sa
     MeasuredGroup group = encode_measured(tried, frames);
     if (search.take(group.psnr)) chosen = std::move(group);
   }
-  if (search.best() < 0) {
-    char text[160];
-    snprintf(text, sizeof text, "no quality reaches %.2f dB: the best, %d, reaches %.2f dB", target_db,
-             quality_of(0), search.worst_db());
-    throw Error(text);
-  }
+  // The best one was tried, and its PSNR is a target that is reached.
+  if (search.best() < 0) return choose_quality(settings, frames, search.worst_db() - below_best);
   return chosen;
 }
 

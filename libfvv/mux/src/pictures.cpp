@@ -459,6 +459,7 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
     media::MeasuredGroup measured = search
                                         ? media::choose_quality(choice.settings, sample.source(room), target)
                                         : media::encode_measured(choice.settings, sample.source(room));
+    if (search) choice.target_psnr = target;
     choice.settings.quality = int(std::lround(measured.group.quality));
     choice.sample_psnr = measured.psnr;
     choice.record = measured.group.record;

@@ -99,6 +99,20 @@ def test_corners_without_texture(corner, place):
     assert mesh_of().area == pytest.approx(2 * (0.7 + 0.3 + 0.21), rel=1e-3)
 
 
+@pytest.mark.parametrize("codec", ["h264", "jpeg", "vp9"])
+def test_a_quality_that_cannot_be_reached_is_a_warning(codec, place):
+    """Chroma at half the resolution: no quality brings 42 dB of a noise of colours."""
+    noise = np.random.default_rng(2).integers(0, 2, (128, 128, 3), np.uint8) * 255
+    Image.fromarray(noise).save("t.png")
+    (place / "a.obj").write_text(box("mtllib m.mtl\nusemtl m"))
+    done = mux("a.obj", "--codec", codec, "--json", code=3)
+    atlas = summary(done)["atlas"]
+    assert atlas["sample_psnr"] < 42
+    assert "--quality: the atlas: 42 dB were to be reached" in done.stderr
+    assert f" {atlas['quality']}\n" in done.stderr
+    mux("a.obj", "--codec", codec, "--quality", f"{atlas['sample_psnr'] - 0.5:.1f}dB")
+
+
 def test_a_library_that_is_missing_is_a_warning(place):
     (place / "a.obj").write_text(box("mtllib gone.mtl\nusemtl m"))
     done = mux("a.obj", code=3)

@@ -74,7 +74,11 @@ CASES = {
         )
         + ("--texture-best", 2, "--texture-blend", "paper", "--texture-unseen", "1,2,3", "--keep-geometry"),
     ),
-    "pictures": ("small", ("--no-meshes", "--crop", "none", "--tile-fill", "keep", "--tile", "96x64")),
+    # No quality reaches that, which is a warning.
+    "pictures": (
+        "small",
+        ("--no-meshes", "--crop", "none", "--tile-fill", "keep", "--tile", "96x64", "--quality", "99dB"),
+    ),
     "moving": ("studio", ("--undistort", "--match-colours", "on", "--video-size", "256x256")),
     "forced": (
         "studio",
@@ -102,7 +106,8 @@ def test_the_bytes_and_warnings_are_those_of_one_run(captures, tmp_path, case):
         shutil.move(captures / "elsewhere", captures / name)
     assert (tmp_path / "merged.fvv").read_bytes() == (tmp_path / "whole.fvv").read_bytes()
     assert (merged.returncode, merged.stderr) == (whole.returncode, whole.stderr)
-    assert (whole.returncode == 3) == (case in ("starved", "forced"))
+    assert (whole.returncode == 3) == (case in ("starved", "forced", "pictures"))
+    assert ("--quality: cameras 0, 1, 2: 99 dB were" in whole.stderr) == (case == "pictures")
 
 
 @pytest.fixture(scope="module")

@@ -171,8 +171,8 @@ MeasuredGroup encode_measured(const VideoSettings &settings, const GroupSource<S
 
 // The same at the cheapest quality that reaches target_db (settings.quality is ignored). Found by
 // interpolation, two to six encodings; of H.264 two to six drafts and mostly one encoding: the next cheaper
-// quality is not tried where the drafts leave no doubt. Error with the reached PSNR if the best quality does
-// not reach target_db.
+// quality is not tried where the drafts leave no doubt. If no quality reaches target_db, the cheapest that is
+// no more than 0.1 dB worse than the best: its psnr is below target_db.
 template <class SampleType>
 MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<SampleType> &frames,
                              double target_db);

@@ -16,7 +16,8 @@ struct VideoDecision {
   media::VideoSettings settings = {};
   bool masks = false;          // the PSNR is that of the foreground
   uint32_t sample_frames = 0;  // by which quality was chosen or judged, of one group
-  double sample_psnr = 0;      // dB; may be infinite
+  double target_psnr = 0;      // dB; 0: none was searched
+  double sample_psnr = 0;      // dB; may be infinite; below target_psnr where no quality reaches that
   double sample_rate = 0;      // bits a second
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;

@@ -75,6 +75,34 @@ bool warn_of_colours(const Plan &plan, size_t frame, const ColourFrame &colours)
   return true;
 }
 
+std::string name_of(const Plan &plan, const VideoTrack &track) {
+  std::string out = track.is_atlas()                   ? "the atlas"
+                    : track.tiling.cameras.size() == 1 ? "camera "
+                                                       : "cameras ";
+  if (!track.is_atlas())
+    for (const size_t &camera : track.tiling.cameras)
+      out += (&camera == track.tiling.cameras.data() ? "" : ", ") +
+             std::to_string(plan.capture.cameras[camera].calibration.id);
+  return out + (track.rung ? " in rung " + std::to_string(track.rung) : "");
+}
+
+// A quality that is too high even for the best picture is no failure either.
+bool warn_of_qualities(const Plan &plan, const Decisions &decisions) {
+  bool warned = false;
+  for (size_t k = 0; k < plan.tracks.size(); k++) {
+    const VideoDecision &video = decisions.videos[k];
+    if (video.sample_psnr >= video.target_psnr) continue;
+    const media::VideoCodec &codec = *media::find_video_codec(video.settings.codec);
+    plan.observer.warn(
+        plan.capture.path + ": " + option_name("quality") + ": " + name_of(plan, plan.tracks[k]) +
+        fvv::format(": %.4g dB were to be reached, and no %s reaches more than about %.4g dB: "
+                    "sent with %s %d",
+                    video.target_psnr, codec.scale, video.sample_psnr, codec.scale, video.settings.quality));
+    warned = true;
+  }
+  return warned;
+}
+
 // A rate that is too low even for the worst picture is no failure: the stream is whole.
 bool warn_of_rates(const Plan &plan, const Report &report) {
   bool warned = false;
@@ -204,7 +232,10 @@ private:
         plan.options.threads, group_of, [this](size_t task) { work(tasks[task]); },
         [&](size_t listed) {
           const size_t group = first + listed;
-          if (!writer) begin(decide(plan, videos(), bytes_of(groups[group])));
+          if (!writer) {
+            begin(decide(plan, videos(), bytes_of(groups[group])));
+            sums.warned = warn_of_qualities(plan, *decided) || sums.warned;
+          }
           write(group);
           plan.observer.progress(plan.frames_of(group));
         },

@@ -113,8 +113,8 @@ struct Fields {
     a(codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft);
   }
   template <class A> static void of(A &a, VideoDecision &v) {
-    auto &[settings, masks, sample_frames, sample_psnr, sample_rate, record, codec_string] = v;
-    a(settings, masks, sample_frames, sample_psnr, sample_rate, record, codec_string);
+    auto &[settings, masks, sample_frames, target_psnr, sample_psnr, sample_rate, record, codec_string] = v;
+    a(settings, masks, sample_frames, target_psnr, sample_psnr, sample_rate, record, codec_string);
   }
   template <class A> static void of(A &a, Silhouette &v) {
     auto &[left, top, right, bottom] = v;
@@ -334,7 +334,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 3;
+constexpr int plan_version = 4;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);
