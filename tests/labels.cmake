@@ -21,7 +21,7 @@ set(FVV_CORE_FOLDERS base container mesh calibration visibility video environmen
 set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "js: chaos: .*" "js: player: endurance" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
   "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
-set(FVV_WHOLE_TESTS "cli: (style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
+set(FVV_WHOLE_TESTS "cli: (linear_time|nesting|style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
   "python: (cluster|threads|notebook|examples|capture .*)" "samples" "charts: .*" "install: .*" "fuzz: (mutations|amplification)"
   "conformance: (decoders|rendering|large_offsets)"
   "js: (packages|samples|browser|sound|site|live|ladder|settle|network|chaos|three)" "js: docs: (samples|pages)" "js: player: .*" "js: build the video fallback"
@@ -30,7 +30,7 @@ set(FVV_WHOLE_TESTS "cli: (style|sweep|footage|films|textured_meshes|parts|input
 # that anybody may have written, or run a tool on them.
 set(FVV_SANITIZED_EXECUTABLES base container mesh colours delta fast stability calibration visibility video environment stream media capture
   import mux demux failure decimate hull view)
-set(FVV_SANITIZED_TESTS "fuzz: .*" "cli: (fvvinfo|fvvrecover|cases|import|segments|sweep|conformance_cases|serve_http|serve_live|animations|hostile|masks)")
+set(FVV_SANITIZED_TESTS "fuzz: .*" "cli: (fvvinfo|fvvrecover|cases|import|segments|sweep|conformance_cases|serve_http|serve_live|animations|hostile|nesting|masks)")
 
 # fvv_areas(SOURCE OUT): the areas of a test by its path below the project's root.
 function(fvv_areas source out)

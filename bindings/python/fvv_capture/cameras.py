@@ -82,10 +82,7 @@ def recognise(path: PathLike) -> str:
         raise Error(f"{path}: {error.strerror}", file=str(path)) from None
     start = text.lstrip("\ufeff \t\r\n")
     if start.startswith("{"):
-        try:
-            document = json.loads(start)
-        except ValueError as error:
-            raise Error(f"{path}: {error}", file=str(path)) from None
+        document = _parsed(start, place)
         if "fvv_capture" in document or "fvv_calibration" in document:
             return "fvv"
         if "frames" in document:
@@ -239,11 +236,24 @@ def _entry(camera: Camera) -> dict[str, Any]:
     return out
 
 
+def _parsed(text: str, path: pathlib.Path) -> dict[str, Any]:
+    """`Error` names the file, of JSON that is damaged, no object, or nested without end."""
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise Error(f"{path}: is no JSON: {error}", file=str(path)) from None
+    if not isinstance(document, dict):
+        raise Error(f"{path}: expected an object, found {type(document).__name__}", file=str(path))
+    return document
+
+
 def _read_fvv(path: pathlib.Path) -> Calibration:
     """The cameras of a capture.json, or of a file of `fvvcapture calibrate`, which has the same cameras and no capture."""
     file = path / "capture.json" if path.is_dir() else path
-    document = json.loads(file.read_text("utf-8"))
-    units, centre = document.get("units", "metres"), document.get("conventions", {}).get("pixel_centre", 0.5)
+    document = _parsed(file.read_text("utf-8"), file)
+    conventions = document.get("conventions", {})
+    units = document.get("units", "metres")
+    centre = conventions.get("pixel_centre", 0.5) if isinstance(conventions, dict) else 0.5
     metres = 1.0 if units == "unknown" else _metres(units)
     if metres is None or not isinstance(document.get("cameras"), list) or not document["cameras"]:
         raise Error(f"{file}: expected cameras, found none", file=str(file))

@@ -116,7 +116,7 @@ def read_calibration(path: str) -> tuple[list[dict[str, Any]], str]:
     with open(path, encoding="utf-8") as file:
         try:
             found = json.load(file)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:  # the latter of nested brackets
             raise Error(f"{path}: is no JSON: {error}", file=path) from error
     if not isinstance(found, dict) or found.get("fvv_calibration") != 1:
         raise Error(f"{path}: /fvv_calibration: expected 1", file=path)

@@ -11,6 +11,9 @@ import numpy
 import pytest
 from conftest import ROOT, tool
 from fvv import open as open_clip
+from fvv.errors import Error
+from fvv_capture.calibrate.files import read_calibration as read_board_calibration
+from fvv_capture.cameras import read_calibration
 
 PAGE = (ROOT / "docs/tools/fvvcapture.md").read_text()
 SAMPLES = re.findall(r"<!-- run -->\n```(sh|python)\n(.*?)```", PAGE, re.S)
@@ -91,3 +94,15 @@ def test_a_sample_writes_a_stream(place, index):
     with open_clip(place / name) as clip:
         assert len(clip) == (3 if kind == "python" else 2)
         assert clip[0].mesh.face_count > 0
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100000, '{"a":' * 100000, "{", "[]", '{"fvv_capture": 1, "conventions": 3}']
+)
+@pytest.mark.parametrize("file", ["capture.json", "room.json"])
+def test_damaged_and_nested_json_is_an_error_that_names_the_file(file, text, tmp_path):
+    (tmp_path / file).write_text(text)
+    with pytest.raises(Error, match=file):
+        read_calibration(str(tmp_path if file == "capture.json" else tmp_path / file))
+    with pytest.raises(Error, match=file):
+        read_board_calibration(str(tmp_path / file))
