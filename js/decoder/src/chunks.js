@@ -78,9 +78,9 @@ const table = Uint32Array.from({ length: 256 }, (_, n) => {
   return n;
 });
 
-/** CRC-32C of a whole file; libfvv checks the CRCs inside it. */
-export function crc32c(bytes) {
-  let crc = ~0;
+/** CRC-32C of a whole file; libfvv checks the CRCs inside it. before: that of the bytes before these. */
+export function crc32c(bytes, before = 0) {
+  let crc = ~before;
   for (let i = 0; i < bytes.length; i++) crc = (crc >>> 8) ^ table[(crc ^ bytes[i]) & 255];
   return ~crc >>> 0;
 }

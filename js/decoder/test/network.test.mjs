@@ -6,6 +6,7 @@ import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
 import { after, test } from "node:test";
+import { isDeepStrictEqual } from "node:util";
 import { gzipSync } from "node:zlib";
 
 import { createDecoder } from "../dist/index.js";
@@ -97,6 +98,19 @@ function awayFor(milliseconds, from) {
   };
 }
 
+/** A host without ranges whose first body breaks off; headers and bytes of the next one. */
+const broken =
+  (headers = {}, bytes = body, first = {}) =>
+  ({ n, response, send }) => {
+    if (n > 1 && headers) return send(200, headers, bytes);
+    // Without a length.
+    if (n > 1) return response.writeHead(200).end(bytes);
+    response.writeHead(200, { "Content-Length": body.length, ETag: '"a"', ...first });
+    response.write(body.subarray(0, body.length >> 1));
+    setTimeout(() => response.destroy(), 30);
+    return true;
+  };
+
 const MENDED = {
   ...Object.fromEntries(
     [0, 1, 2].flatMap((k) => [
@@ -116,13 +130,7 @@ const MENDED = {
     return send(206, header, body.subarray(range.from, to));
   },
   "the whole file from request 2 on": ({ n, send }) => n >= 2 && send(200, { "Content-Range": "" }, body),
-  "a whole body that breaks off": ({ n, response, send }) => {
-    if (n > 1) return send(200, {}, body);
-    response.writeHead(200, { "Content-Length": body.length, ETag: '"a"' });
-    response.write(body.subarray(0, body.length >> 1));
-    setTimeout(() => response.destroy(), 30);
-    return true;
-  },
+  "a whole body that breaks off": broken(),
   redirects: ({ request, response, n }) => {
     if (request.url.includes("?")) return false;
     response.writeHead(302, { Location: `/clip.fvv?n=${n}` }).end();
@@ -137,8 +145,10 @@ for (const [name, headersOf] of Object.entries({
   }),
   "an ETag of each node, and no date": (n) => ({ ETag: `"${n % 3}"` }),
   "an ETag of each response, and no date": (n) => ({ ETag: `"${n}"` }),
-}))
+})) {
   MENDED[name] = ({ n, send }) => send(undefined, headersOf(n));
+  MENDED[`a whole body that breaks off: ${name}`] = broken(headersOf(1), body, headersOf(0));
+}
 MENDED["a short response to the request for the last bytes"] = ({ request, range, send }) => {
   if (!/=-/.test(request.headers.range ?? "") && range?.from < body.length - 2000) return false;
   const to = Math.min(range.to, range.from + 700);
@@ -255,6 +265,20 @@ test("a file that is replaced by one of the same size is opened again, as its fo
   assert.equal(warnings[0], "changed");
   assert.deepEqual(frames.slice(-expected.length), expected);
 });
+
+for (const [name, headers, bytes] of [
+  ["of the same size", { ETag: '"b"' }, Buffer.from(body).fill(1, 100, 200)],
+  ["that is shorter", { ETag: '"b"' }, body.subarray(0, body.length >> 2)],
+  ["that is shorter than what has come, and without a length", null, body.subarray(0, body.length >> 2)],
+])
+  test(`a file without ranges that is replaced by one ${name} while it is read is not joined to the former`, async () => {
+    const { frames, warnings } = await play(broken(headers, bytes)).catch((error) => ({
+      frames: [],
+      warnings: [error.code],
+    }));
+    assert.ok(warnings.includes("changed"), warnings.join());
+    for (const frame of frames) assert.ok(expected.some((known) => isDeepStrictEqual(known, frame)));
+  });
 
 test("a decoder that is closed while it waits settles", async () => {
   const server = await serve((asked) => asked.n >= 2 && refuse(asked));

@@ -2,7 +2,7 @@
 
 import { onAbort, unlessAborted } from "../abort.js";
 import { FvvError } from "../errors.js";
-import { asTransient, failed, isTransient, joined, ROUND_TRIP_BYTES } from "./network.js";
+import { asTransient, failed, isTransient, joined, ROUND_TRIP_BYTES, sameVersion, versionOf } from "./network.js";
 import { RangeSource } from "./types.js";
 
 /** First bytes: enough for the configuration of fifty cameras. */
@@ -17,21 +17,10 @@ export function askForRange(network, url, range, { signal, outage } = {}) {
   return network.request(url, { cache: "no-store", headers: { Range: range }, signal, outage });
 }
 
-const versionOf = (headers) => ({ etag: headers.get("etag"), date: headers.get("last-modified") });
-
 /** The last bytes of a stream: FOOT with its header, which has the digest of the index. */
 const FOOTER = 56;
 /** ETags that are remembered as those of one file. */
 const KNOWN_MAX = 64;
-
-/**
- * Whether two responses with the same size are of the same file. Nodes of a CDN send weak and strong ETags of one file, and some
- * ETags of their own: then the date decides, and without one the footer.
- */
-function sameVersion(one, other) {
-  const opaque = ({ etag }) => etag?.replace(/^W\//, "") ?? null;
-  return opaque(one) === opaque(other) || (one.date !== null && one.date === other.date);
-}
 
 /** The bytes from 0 on, as they come. Several readers may wait for the same ones. */
 class Beginning {

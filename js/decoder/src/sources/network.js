@@ -2,6 +2,7 @@
 // its source is closed. What is to be done about hosts that do not respond is decided here and nowhere else.
 
 import { delay, onAbort, reasonOf, unlessAborted } from "../abort.js";
+import { crc32c } from "../chunks.js";
 import { FvvError } from "../errors.js";
 
 /** The cost of a round trip of 40 ms at 8 Mbit/s: fewer bytes are fetched again rather than split over two requests. */
@@ -255,6 +256,74 @@ class Reply {
   }
 }
 
+/** What names the version of a file. */
+export const versionOf = (headers) => ({ etag: headers.get("etag"), date: headers.get("last-modified") });
+
+/**
+ * Whether two responses with the same size are of the same file. Nodes of a CDN send weak and strong ETags of one file, and some
+ * ETags of their own: then the date decides, and without one the bytes: of a file that is read by ranges those of its footer, which
+ * has the digest of the index, and of one that is read from front to back those that have come.
+ */
+export function sameVersion(one, other) {
+  const opaque = ({ etag }) => etag?.replace(/^W\//, "") ?? null;
+  return opaque(one) === opaque(other) || (one.date !== null && one.date === other.date);
+}
+
+/** The bytes of a whole body that have come, and whether another response goes on with the same file. */
+class Received {
+  #url;
+  #version;
+  #size;
+  #length = 0;
+  #digest = 0;
+
+  constructor(url, { headers }) {
+    this.#url = url;
+    this.#version = versionOf(headers);
+    this.#size = this.#sizeOf(headers);
+  }
+  /** null: not said, or of the compressed body. */
+  #sizeOf(headers) {
+    const text = headers.get("content-encoding") ? null : headers.get("content-length");
+    return text === null ? null : Number(text);
+  }
+  #changed(why) {
+    return new FvvError({ code: "changed", message: `${this.#url} changed while it was read: ${why}` });
+  }
+  /** Yields what follows in a response, which begins with the first byte of the file. */
+  async *continued(reply) {
+    try {
+      this.#check(reply);
+    } catch (error) {
+      reply.drop();
+      throw error;
+    }
+    const named = sameVersion(versionOf(reply.headers), this.#version);
+    let at = 0;
+    let digest = 0;
+    const skipped = this.#length;
+    for await (const piece of reply.pieces()) {
+      const again = piece.subarray(0, Math.max(0, skipped - at));
+      at += piece.length;
+      if (again.length && !named) digest = crc32c(again, digest);
+      if (again.length === piece.length && at < skipped) continue;
+      if (again.length && !named && digest !== this.#digest) throw this.#changed("other bytes come now");
+      const more = piece.subarray(again.length);
+      if (!more.length) continue;
+      this.#digest = crc32c(more, this.#digest);
+      this.#length += more.length;
+      yield more;
+    }
+    if (at < skipped) throw this.#changed(`${at} bytes, where ${skipped} had come`);
+  }
+  #check(reply) {
+    if (!reply.ok) throw failed(this.#url, reply);
+    const size = this.#sizeOf(reply.headers);
+    if (size !== null && this.#size !== null && size !== this.#size)
+      throw this.#changed(`${this.#size} bytes, now ${size}`);
+  }
+}
+
 /** Of one source. */
 export class Network {
   #init;
@@ -379,27 +448,18 @@ export class Network {
   /** A whole body. When it breaks off, it is requested again, and what has come is skipped. */
   async *body(url, reply) {
     const outage = this.outage(url);
-    let received = 0;
+    const known = new Received(url, reply);
     for (let current = reply; ;) {
-      let skipped = 0;
+      const pieces = known.continued(current);
       try {
-        for await (const piece of current.pieces()) {
-          const known = Math.min(received - skipped, piece.length);
-          skipped += known;
-          if (known === piece.length) continue;
-          received += piece.length - known;
-          skipped = received;
+        for await (const piece of pieces) {
           outage.progress();
-          yield piece.subarray(known);
+          yield piece;
         }
         return;
       } catch (error) {
         await outage.wait(error);
         current = await this.request(url, { outage });
-        if (!current.ok) throw failed(url, current);
-        const identity = ({ headers }) => `${headers.get("etag")} ${headers.get("content-length")}`;
-        if (identity(current) !== identity(reply))
-          throw new FvvError({ code: "changed", message: `${url} changed while it was read: ${identity(current)}` });
       }
     }
   }
