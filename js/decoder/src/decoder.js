@@ -8,7 +8,7 @@ import { rungsOf } from "./ladder.js";
 import { Frame } from "./frame.js";
 import { compileEnvironment, compileCodec, compileCore, compileProjection } from "./modules.js";
 import { connect } from "./worker_rpc.js";
-import { SoundDecoders } from "./sound.js";
+import { SoundDecoders } from "./media/sound.js";
 import { createProjection } from "./wasm.js";
 
 /** How long a worker may take to start. */

@@ -2,7 +2,7 @@
 
 import { Cache } from "./sources/cache.js";
 import { FvvError } from "./errors.js";
-import { createPictures } from "./pictures.js";
+import { createPictures } from "./media/pictures.js";
 import { Playback } from "./playback.js";
 import { defaultLimits } from "./session.js";
 import { openSource } from "./sources/open.js";

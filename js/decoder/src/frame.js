@@ -1,6 +1,6 @@
 // Frames as users of the decoder get them.
 
-import { revivePicture } from "./planar_picture.js";
+import { revivePicture } from "./media/planar_picture.js";
 
 /** The content of a visibility chunk. */
 class Visibility {

@@ -1,7 +1,7 @@
 // Calls over a MessagePort or a Worker in both directions: each side serves functions and calls those of the other.
 
 import { FvvError } from "./errors.js";
-import { PlanarPicture } from "./planar_picture.js";
+import { PlanarPicture } from "./media/planar_picture.js";
 
 /** Everything that can be transferred instead of copied; pictures can only be transferred. */
 function transferables(value, found = new Set()) {

@@ -14,7 +14,7 @@ import { build as bundle } from "esbuild";
 import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
 import { build, serveFolder, tool } from "../../testing/served.mjs";
 import { createDecoder } from "../dist/index.js";
-import { OpusPackets } from "../dist/software_sound.js";
+import { OpusPackets } from "../dist/media/software_sound.js";
 
 const FRAMES = 50;
 const RATE = 48000;

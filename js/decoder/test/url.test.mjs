@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync, statSync } from "node:fs";
 import { after, test } from "node:test";
 
-import { GroupIndex } from "../dist/group_index.js";
+import { GroupIndex } from "../dist/sources/group_index.js";
 import { createDecoder } from "../dist/index.js";
 import { compileCore } from "../dist/modules.js";
 import { RangeSource } from "../dist/sources/types.js";
@@ -144,7 +144,7 @@ test("a configuration block is one read of its size, also that of a repetition",
       return new Uint8Array(bytes.subarray(offset, offset + size));
     },
   });
-  const index = new GroupIndex(source, []);
+  const index = new GroupIndex(source, { readsAnywhere: true });
   const read = (offset, out) => index.readInto(offset, out);
   index.session = await Session.create({ module: await compileCore(), read });
   assert.equal(await index.open(), null);

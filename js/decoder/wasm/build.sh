@@ -41,7 +41,7 @@ for module in core projection environment draco fast fast_simd openexr; do
   finish "fvv_$module"
   node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done
-cp -r "$here"/../src/*.js "$here"/../src/*.d.ts "$here"/../src/sources "$here/../dist/"
+cp -r "$here"/../src/*.js "$here"/../src/*.d.ts "$here"/../src/media "$here"/../src/sources "$here/../dist/"
 # What colours a place is one rule of players and decoder, whose package has no dependencies.
 cp "$here/../../shading/src/camera_rule.js" "$here/../dist/"
 cp "$here/../../../LICENSE" "$here/../dist/LICENSE"

@@ -7,7 +7,7 @@ import { after, test } from "node:test";
 
 import { onReports } from "../../testing/reports.mjs";
 import { createDecoder } from "../../decoder/dist/index.js";
-import { SoftwareVideo } from "../../decoder/dist/software_video.js";
+import { SoftwareVideo } from "../../decoder/dist/media/software_video.js";
 import { replaceFirst } from "../../decoder/test/edit_streams.mjs";
 import { compile } from "../dist/index.js";
 import { makeVideoClips } from "./clips.mjs";

@@ -1,5 +1,9 @@
-// What playback needs of a source. There are three types: bytes in order, bytes at any offset, and sections of a stream. All
-// members have a value for every source, so that no one has to ask whether there is one.
+// What a source is. There are three types: bytes in order, bytes at any offset, and sections of a stream. Each has a reader of groups,
+// which is what playback uses. All members have a value for every source, so that no reader has to ask whether there is one.
+
+import { RangeReader } from "./range_reader.js";
+import { SectionReader } from "./section_reader.js";
+import { SequentialReader } from "./sequential_reader.js";
 
 class Source {
   /** Content-Type of a response; null: none. */
@@ -49,6 +53,11 @@ export class SequentialSource extends Source {
   rewinds = false;
   /** Whether nothing follows. */
   complete = false;
+
+  /** wishes: as of GroupReader. */
+  reader(wishes) {
+    return new SequentialReader(this, wishes);
+  }
 }
 
 /**
@@ -70,6 +79,11 @@ export class RangeSource extends Source {
   }
   /** What was requested when the source was opened serves near ranges, until this ends it. */
   leave() {}
+
+  /** wishes: as of GroupReader. */
+  reader(wishes) {
+    return new RangeReader(this, wishes);
+  }
 }
 
 /**
@@ -95,5 +109,10 @@ export class SectionSource extends Source {
   /** Of a source that changes the rung by itself: {rung, reason} of a configuration with these tracks; null: of others. */
   rungOf() {
     return null;
+  }
+
+  /** wishes: as of GroupReader. */
+  reader(wishes) {
+    return new SectionReader(this, wishes);
   }
 }

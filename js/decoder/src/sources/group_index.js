@@ -1,9 +1,8 @@
 // The groups of a source: where their frames are, and which times can be played without the network.
 
-import { unlessAborted } from "./abort.js";
-import { FvvError } from "./errors.js";
-import { lastAtMost } from "./search.js";
-import { RangeSource, SequentialSource } from "./sources/types.js";
+import { unlessAborted } from "../abort.js";
+import { FvvError } from "../errors.js";
+import { lastAtMost } from "../search.js";
 
 /** Limits for finding the index; a file that needs more reads or bytes is read from front to back. */
 const READS_MAX = 64;
@@ -14,6 +13,7 @@ const READ_MIN = 1 << 14;
 export class GroupIndex {
   #source;
   #available;
+  #readsAnywhere;
   #reads = []; // {at, bytes} fetched for the index
   #missing = null;
   #bySequence = null; // sequence number -> group, the first of those that have it
@@ -22,13 +22,14 @@ export class GroupIndex {
   /** null: not known. Of a single response: the groups that have arrived. */
   groups = null;
   frameCount;
-  /** Set by playback. */
+  /** Set by its owner. */
   session = null;
 
-  /** available: iterates over further {at, bytes} that have been fetched. */
-  constructor(source, available) {
+  /** available: iterates over further {at, bytes} that have been fetched. readsAnywhere: whether source is a RangeSource. */
+  constructor(source, { available = [], readsAnywhere = false } = {}) {
     this.#source = source;
     this.#available = available;
+    this.#readsAnywhere = readsAnywhere;
   }
 
   /** Serves a read of the core from available bytes; returns false and notes the read if it cannot. */
@@ -49,7 +50,7 @@ export class GroupIndex {
     for (let reads = 0; !step(); reads++) {
       const { offset, size } = this.#missing;
       total += size;
-      if (reads >= READS_MAX || total > BYTES_MAX || !(this.#source instanceof RangeSource)) return false;
+      if (reads >= READS_MAX || total > BYTES_MAX || !this.#readsAnywhere) return false;
       const wanted = Math.min(Math.max(size, this.#restOfBlock(offset) ?? READ_MIN), this.#source.size - offset);
       const bytes = await unlessAborted(this.#source.read(offset, wanted, signal), signal);
       if (bytes.length < size) throw new FvvError({ code: "io", message: `${size} bytes at ${offset} can't be read` });
@@ -92,7 +93,7 @@ export class GroupIndex {
     const source = this.#source;
     const { session } = this;
     if (source.groups) this.#number(source.groups);
-    if (!(source instanceof RangeSource)) return null;
+    if (!this.#readsAnywhere) return null;
     if (source.bytes) this.#reads.push({ at: 0, bytes: source.bytes });
     if (!(await this.satisfied(() => session.open(source.size))))
       return "no index was found: the file is read from front to back";
@@ -154,50 +155,5 @@ export class GroupIndex {
         groups.findIndex((group) => group.frameCount),
       );
     return frame === undefined ? { group: i, until: time } : { group: i, skip: frame - (groups[i]?.firstFrame ?? 0) };
-  }
-}
-
-/** The times of a stream that can be played without the network. */
-export class BufferedTimes {
-  #source;
-  #index;
-  #covered = new Map(); // group -> {ranges, until, tracks}
-  #span = null;
-
-  constructor(source, index) {
-    this.#source = source;
-    this.#index = index;
-  }
-
-  /** Group i up to a time (ticks) needs the bytes in ranges, [{from, end}], for these tracks of video; null: for all. */
-  cover(i, until, ranges, tracks) {
-    this.#covered.set(i, { until, ranges, tracks });
-  }
-  /** Of a single response: a frame from start to end has arrived. */
-  append(start, end) {
-    this.#span ??= { start, end };
-    if (end > this.#span.end) this.#span.end = end;
-  }
-
-  /** selection: tracks that are played. Returns [{start, end}] in ticks, in order. */
-  times(selection) {
-    const { groups } = this.#index;
-    const source = this.#source;
-    if (source instanceof SequentialSource && !source.complete)
-      return source.rewinds && this.#span ? [{ ...this.#span }] : [];
-    const holds = (from, end) => source.holds(from, end);
-    const times = [];
-    groups?.forEach(({ offset, size, start, end, frameCount }, i) => {
-      const until = holds(offset, offset + size) ? end : this.#until(i, holds, selection);
-      if (!frameCount || until === null) return;
-      if (times.at(-1)?.end >= start) times.at(-1).end = until;
-      else times.push({ start, end: until });
-    });
-    return times;
-  }
-  #until(i, holds, selection) {
-    const { until, ranges, tracks } = this.#covered.get(i) ?? {};
-    const serves = tracks === null || (tracks && selection?.every((track) => tracks.includes(track)));
-    return serves && ranges.every(({ from, end }) => holds(from, end)) ? until : null;
   }
 }

@@ -1,8 +1,8 @@
 // Decodes pictures from video samples by WebCodecs, else by a fallback in wasm, and from JPEG files by createImageBitmap.
 // The timestamp of a picture identifies its frame, not the order in which decoders return pictures.
 
-import { unlessAborted } from "./abort.js";
-import { FvvError } from "./errors.js";
+import { unlessAborted } from "../abort.js";
+import { FvvError } from "../errors.js";
 import { SoftwareVideo } from "./software_video.js";
 
 /** A picture is lost when this many later pictures have arrived. Less than the length of the decoder's queue. */

@@ -1,7 +1,7 @@
 // A picture as planes in memory, with the part of VideoFrame's interface that readers of pixels use. For Node and browsers
 // without WebCodecs; elsewhere callers get a VideoFrame.
 
-import { FvvError } from "./errors.js";
+import { FvvError } from "../errors.js";
 
 /** Names of WebCodecs for code points of ITU-T H.273; null for others. 2, unspecified, means BT.709 by clause 10.6. */
 const primaries = { 1: "bt709", 2: "bt709", 5: "bt470bg", 6: "smpte170m", 9: "bt2020", 12: "smpte432" };

@@ -2,7 +2,7 @@
 // decoder of its own, which goes on from group to group; where the sound does not continue it begins again with the packets
 // that the group repeats for that.
 
-import { FvvError } from "./errors.js";
+import { FvvError } from "../errors.js";
 import { aacFields, AacPackets, fitsAdts, OpusPackets } from "./software_sound.js";
 
 const MICROSECONDS = 1e6;

@@ -3,7 +3,7 @@
 // gets another one. Damaged samples yield no picture.
 
 import { createPicture, planesOf } from "./planar_picture.js";
-import { createVideo } from "./wasm.js";
+import { createVideo } from "../wasm.js";
 
 /** Version of the functions in video-fallback/wasm/decoder.c. */
 const ABI = 1;
