@@ -365,5 +365,44 @@ describe("the page", { skip: missingBrowser("chromium") }, () => {
     await assertBack();
   });
 
+  test("in a document picture-in-picture window it keeps place, view and pause, plays on, and comes back", async () => {
+    assert.ok(await ask(() => "documentPictureInPicture" in window), "this Chromium has documentPictureInPicture");
+    await pause();
+    await seekTo(5);
+    await ask(() => window.player.setPose({ eye: [3, 2, 4], target: [0, 1, 0] }));
+    await still();
+    const former = await facts();
+    await events();
+    await ask(async () => {
+      window.popup = await window.documentPictureInPicture.requestWindow({ width: 500, height: 400 });
+      window.popup.addEventListener("pagehide", () => document.querySelector("main").prepend(window.player));
+      window.popup.document.body.append(window.player);
+    });
+    const states = async () => {
+      const { paused, currentFrame, eye } = await facts();
+      return { paused, currentFrame, eye };
+    };
+    const { shown, ...kept } = former;
+    assert.ok(shown > 0);
+    try {
+      await until(() => window.player.shadowRoot.querySelector("canvas").clientWidth > 100);
+      assert.ok(await ask(() => window.player.ownerDocument.defaultView === window.documentPictureInPicture.window));
+      assert.deepEqual(await states(), kept);
+      await assertStyled();
+      await assertPlays();
+      await play();
+    } finally {
+      // As with the button of the window.
+      await ask(() => window.popup.close());
+    }
+    await until(() => window.player.ownerDocument === document);
+    assert.deepEqual((await facts()).eye, kept.eye);
+    const { framesShown } = await ask(() => window.player.stats);
+    await until((shown) => !window.player.paused && window.player.stats.framesShown > shown + 2, framesShown);
+    assert.ok(!(await events()).includes("emptied"), "the source stays open");
+    await seekTo(7);
+    await assertBack();
+  });
+
   test("no errors", () => assert.deepEqual(browser.troubles, []));
 });
