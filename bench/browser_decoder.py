@@ -81,7 +81,7 @@ def measure(draco, fast, delta):
         "wasm.delta_ms": node("warm", delta)["delta_ms"],
     }
     if not (ROOT / "js/node_modules/draco3d").exists():
-        print("wasm.draco3d_ms is left out: no js/node_modules here: npm install --no-package-lock in js")
+        print("wasm.draco3d_ms is left out: no js/node_modules here: npm ci in js")
     else:
         both = node("beside", draco)
         figures["wasm.key_ms"] = both["key_ms"]

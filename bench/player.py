@@ -25,7 +25,7 @@ def node(script, *arguments):
 
 def missing():
     if not (ROOT / "js/node_modules/esbuild").exists():
-        return "no js/node_modules here: npm install --no-package-lock in js"
+        return "no js/node_modules here: npm ci in js"
     for program in "emcmake", "chromium":
         if not shutil.which(program):
             return f"no {program} here"

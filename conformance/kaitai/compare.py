@@ -17,7 +17,7 @@ def missing():
     """Why it cannot run here; None: it can."""
     if not shutil.which("node"):
         return "no Node"
-    return None if COMPILER.is_dir() else "no js/node_modules: run npm install --no-package-lock in js"
+    return None if COMPILER.is_dir() else "no js/node_modules: run npm ci in js"
 
 
 def read(paths):

@@ -80,7 +80,7 @@ HOW = {
     ("js/player/README.md", "npx esbuild"): ELSEWHERE + "js: docs: samples",
     ("js/player/conformance/README.md", "node js/player"): ELSEWHERE + "./run bench player",
     ("js/site/README.md", "node build.mjs"): ELSEWHERE + "js: site",
-    ("js/three/README.md", "(cd .. && npm install"): ELSEWHERE + "js: three",
+    ("js/three/README.md", "(cd .. && npm ci"): ELSEWHERE + "js: three",
 }
 # What runs all samples of a language, unless HOW says something else; test_samples.py has those without "by".
 LANGUAGES = {

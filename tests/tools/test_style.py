@@ -82,7 +82,7 @@ def test_ruff():
 def test_prettier():
     prettier = ROOT / "js/node_modules/.bin/prettier"
     if not prettier.exists():
-        pytest.skip("no js/node_modules: run npm install --no-package-lock in js")
+        pytest.skip("no js/node_modules: run npm ci in js")
     paths = to_check(sources(".js", ".mjs", ".ts", ".css", ".html"))
     if paths:
         run(prettier, "--config", "js/package.json", "--check", *paths)
@@ -92,9 +92,7 @@ def test_declarations_of_js_packages():
     js = ROOT / "js"
     tsc = js / "node_modules/.bin/tsc"
     if not tsc.exists() or not (js / "decoder/dist/index.d.ts").exists():
-        pytest.skip(
-            "no tsc or no js/decoder/dist: run npm install --no-package-lock in js and build the decoder"
-        )
+        pytest.skip("no tsc or no js/decoder/dist: run npm ci in js and build the decoder")
     if not to_check(sources(".js", ".ts")):
         return
     strict = ["--noEmit", "--strict", "--target", "es2022", "--lib", "es2023,dom,dom.iterable"]

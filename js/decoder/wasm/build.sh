@@ -34,12 +34,27 @@ finish() { # module
 
 features=(--enable-exception-handling --enable-mutable-globals --enable-bulk-memory --enable-sign-ext
   --enable-nontrapping-float-to-int --enable-simd)
+# Of the library that a module contains.
+notice() { # module
+  case "$1" in
+    draco)
+      echo "This module contains Draco. Copyright 2016-2022 The Draco Authors."
+      echo "Licensed under the Apache License, Version 2.0: https://www.apache.org/licenses/LICENSE-2.0"
+      ;;
+    fast | fast_simd)
+      echo "This module contains meshoptimizer."
+      echo
+      cat "$build/sources/meshoptimizer/LICENSE.md"
+      ;;
+  esac
+}
+
 # Without files of earlier versions.
 rm -rf "$here/../dist"
 mkdir -p "$here/../dist"
 for module in core projection environment draco fast fast_simd openexr; do
   finish "fvv_$module"
-  node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
+  node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js" "$(notice "$module")"
 done
 cp -r "$here"/../src/*.js "$here"/../src/*.d.ts "$here"/../src/media "$here"/../src/sources "$here/../dist/"
 # What colours a place is one rule of players and decoder, whose package has no dependencies.

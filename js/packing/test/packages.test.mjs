@@ -57,6 +57,38 @@ test("manifests agree, and each package has its licence", () => {
   }
 });
 
+test("what contains Draco or meshoptimizer has their notices", () => {
+  const fileOf = (name, path) =>
+    execFileSync("tar", ["-xzOf", tarballs[name], `package/dist/${path}`], { encoding: "utf8", maxBuffer: 2 ** 26 });
+  const mit = readFileSync(join(js, "decoder/dist/LICENSE.meshoptimizer"), "utf8").trim();
+  assert.match(mit, /^MIT License[^]*Copyright \(c\)[^]*The above copyright notice and this permission notice/);
+  const draco = /\/\*![^*]*Draco[^*]*Copyright[^*]*The Draco Authors[^*]*Apache License, Version 2.0/;
+  for (const [name, path, contains] of [
+    ["decoder", "draco.wasm.js", ["draco"]],
+    ["decoder", "fast.wasm.js", ["meshoptimizer"]],
+    ["decoder", "fast_simd.wasm.js", ["meshoptimizer"]],
+    ["decoder", "core.wasm.js", []],
+    ["player", "fvv-player.min.js", ["draco", "meshoptimizer"]],
+  ]) {
+    const text = fileOf(name, path);
+    assert.equal(draco.test(text), contains.includes("draco"), `${name}: ${path}: Draco`);
+    assert.equal(text.includes(mit), contains.includes("meshoptimizer"), `${name}: ${path}: meshoptimizer`);
+  }
+  for (const library of ["draco", "meshoptimizer"]) assert.ok(fileOf("decoder", `LICENSE.${library}`).length > 1000);
+});
+
+test("the lock file names no host, and has what the manifests ask for", () => {
+  const { packages } = JSON.parse(readFileSync(join(js, "package-lock.json"), "utf8"));
+  for (const [path, { resolved, link, integrity }] of Object.entries(packages)) {
+    if (!path.includes("node_modules/")) continue;
+    assert.ok(link ? NAMES.includes(resolved) : !resolved, `${path}: ${resolved}`);
+    assert.ok(link || integrity, `${path} has no digest`);
+  }
+  const { devDependencies } = JSON.parse(readFileSync(join(js, "package.json"), "utf8"));
+  for (const [name, wanted] of Object.entries(devDependencies))
+    assert.equal(packages[`node_modules/${name}`].version, wanted, `${name}: run npm install in js`);
+});
+
 test("publint and attw find nothing", async () => {
   for (const name of names) assert.deepEqual(await problemsOf(name, tarballs[name]), []);
 });

@@ -19,7 +19,7 @@ COMPONENTS = {5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32
 CHECKER = ROOT / "js/testing/gltf.mjs"
 needs_node = pytest.mark.skipif(
     not shutil.which("node") or not (ROOT / "js/node_modules/gltf-validator").exists(),
-    reason="needs node, and npm install --no-package-lock in js",
+    reason="needs node, and npm ci in js",
 )
 
 
