@@ -13,8 +13,10 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SPEC = ROOT / "spec"
 CONFORMANCE = ROOT / "conformance"
 TINY = CONFORMANCE / "tiny"
-# For `from reference import ...` and `from real_capture import ...`.
-sys.path[:0] = [str(CONFORMANCE), str(ROOT / "tests/real")]
+# For `from reference import ...`, `from real_capture import ...`, `from shared_capture import ...`.
+sys.path[:0] = [str(CONFORMANCE), str(ROOT / "tests/real"), str(ROOT / "tests")]
+
+from shared_capture import eight_frames  # noqa: E402, F401
 
 
 def pytest_configure(config):

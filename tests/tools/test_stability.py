@@ -333,18 +333,10 @@ def test_a_mesh_that_is_missing_and_not_declared_is_an_error_with_advice(tmp_pat
     assert described["frames"] == {"first": 0, "count": 4, "step": 1, "left_out": [1]}
 
 
-@pytest.fixture(scope="module")
-def filmed(tmp_path_factory):
-    """A capture with two cameras and meshes that keep their faces."""
-    folder = tmp_path_factory.mktemp("filmed") / "small"
-    run("fvvsynth", "-o", folder, "--rig", "small", "--cameras", "2", "--size", "64x48", "--frames", "8",
-        "--meshes", "tracked")  # fmt: skip
-    return folder
-
-
 @pytest.fixture
-def small(filmed, tmp_path):
-    return shutil.copytree(filmed, tmp_path / "small")
+def small(eight_frames, tmp_path):
+    """The capture with meshes that keep their faces, to change."""
+    return shutil.copytree(eight_frames, tmp_path / "small")
 
 
 def test_pictures_of_frames_without_a_mesh_stay(small, tmp_path):

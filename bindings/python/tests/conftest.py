@@ -10,9 +10,10 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
 CONFORMANCE = ROOT / "conformance"
-# For `from reference import ...` and `from real_capture import ...`.
-sys.path[:0] = [str(CONFORMANCE), str(ROOT / "tests/real")]
+# For `from reference import ...`, `from real_capture import ...`, `from shared_capture import ...`.
+sys.path[:0] = [str(CONFORMANCE), str(ROOT / "tests/real"), str(ROOT / "tests")]
 
+from shared_capture import eight_frames  # noqa: E402, F401
 from vectors import names, path_of  # noqa: E402
 
 VECTORS = [path_of(name) for name in names()]

@@ -6,7 +6,7 @@ import sys
 
 import fvv
 import pytest
-from conftest import ROOT, tool
+from conftest import ROOT
 from PIL import Image
 
 EXAMPLES = ROOT / "bindings/python/examples"
@@ -29,14 +29,6 @@ def test_read_and_plot(players, tmp_path):
     assert Image.open(tmp_path / "chart.png").size == (1440, 420)
 
 
-@pytest.fixture(scope="module")
-def capture(tmp_path_factory):
-    """The capture of a clip with three cameras, 8 frames."""
-    folder = tmp_path_factory.mktemp("examples") / "capture"
-    tool("fvvsynth", "-o", folder, "--rig", "small", "--cameras", 3, "--size", "160x96", "--frames", 8)
-    return folder
-
-
 def test_arrays_to_fvv(tmp_path):
     printed = example("arrays_to_fvv", tmp_path / "ball.fvv", 12)
     frames, size, error = re.fullmatch(
@@ -53,8 +45,8 @@ def test_novel_view(players, tmp_path):
     assert Image.open(tmp_path / "views.png").size == (1440, 360)
 
 
-def test_rate_against_accuracy(capture, tmp_path):
-    printed = example("rate_against_accuracy", capture, tmp_path / "rates.png", 3)
+def test_rate_against_accuracy(eight_frames, tmp_path):
+    printed = example("rate_against_accuracy", eight_frames, tmp_path / "rates.png", 3)
     found = [list(map(float, re.findall(r"[\d.]+(?= M| mm rms)", line))) for line in printed.splitlines()]
     rates, errors = zip(*found)
     # What is more accurate takes more bits.
@@ -62,7 +54,7 @@ def test_rate_against_accuracy(capture, tmp_path):
     assert (tmp_path / "rates.png").exists()
 
 
-def test_with_dask(capture, tmp_path):
+def test_with_dask(eight_frames, tmp_path):
     pytest.importorskip("dask.distributed", reason="dask is not installed: pip install fvv[dask]")
-    printed = example("with_dask", capture, tmp_path / "out.fvv")
+    printed = example("with_dask", eight_frames, tmp_path / "out.fvv")
     assert printed.startswith("8 frames in 2 tasks") and "the same bytes as a single run: True" in printed

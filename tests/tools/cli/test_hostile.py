@@ -59,16 +59,9 @@ def test_what_cannot_be_compared_is_said(name, tmp_path):
     assert done.returncode == 1 and "no frame could be compared" in done.stderr
 
 
-@pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("small")
-    run("fvvsynth", "--rig", "small", "--cameras", 2, "--size", "64x48", "--frames", 3, "-o", folder / "tiny")
-    return folder
-
-
-def test_films_of_a_stream_whose_meshes_are_all_damaged(small, tmp_path):
+def test_films_of_a_stream_whose_meshes_are_all_damaged(eight_frames, tmp_path):
     """The films are whole: they are written, and the loss is said."""
-    run("fvvmux", small / "tiny", "-o", tmp_path / "s.fvv")
+    run("fvvmux", eight_frames, "-o", tmp_path / "s.fvv")
     stream = bytearray((tmp_path / "s.fvv").read_bytes())
     at = 24
     while at + 32 <= len(stream):
@@ -92,8 +85,8 @@ def test_nested_plans(byte, tmp_path):
     assert done.returncode == 1 and "is no plan, or a damaged one" in done.stderr
 
 
-def test_nested_reports_of_parts(small, tmp_path):
-    run("fvvmux", small / "tiny", "--group", 1, "--plan", tmp_path / "P")
+def test_nested_reports_of_parts(eight_frames, tmp_path):
+    run("fvvmux", eight_frames, "--frames", "0-2", "--group", 1, "--plan", tmp_path / "P")
     for group in (1, 2):  # the plan has the first one
         run("fvvmux", "--part", group, tmp_path / "P")
     report = tmp_path / "P/group-0.json"
@@ -105,14 +98,14 @@ def test_nested_reports_of_parts(small, tmp_path):
 
 
 @pytest.mark.parametrize("channels", [1, 8])
-def test_sound_of_one_sample_a_second(channels, small, tmp_path):
+def test_sound_of_one_sample_a_second(channels, eight_frames, tmp_path):
     """4 kB that would be resampled to 4 GB: within 2 GiB, which sanitizers need part of."""
     with wave.open(str(tmp_path / "bomb.wav"), "wb") as file:
         file.setparams((channels, 1, 1, 4000, "NONE", None))
         file.writeframes(bytes(range(200)) * 20 * channels)
-    capture = json.loads((small / "tiny/capture.json").read_text())
+    capture = json.loads((eight_frames / "capture.json").read_text())
     capture["audio"] = "bomb.wav"
-    for path in (small / "tiny").iterdir():
+    for path in eight_frames.iterdir():
         if path.name != "capture.json":
             (tmp_path / path.name).symlink_to(path)
     (tmp_path / "capture.json").write_text(json.dumps(capture))

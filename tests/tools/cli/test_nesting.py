@@ -85,10 +85,9 @@ def test_gltf(name, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def scene(tmp_path_factory):
+def scene(eight_frames, tmp_path_factory):
     folder = tmp_path_factory.mktemp("scene")
-    run("fvvsynth", "--rig", "small", "--cameras", 2, "--size", "64x48", "--frames", 2, "-o", folder / "tiny")
-    run("fvvmux", folder / "tiny", "-o", folder / "s.fvv")
+    run("fvvmux", eight_frames, "-o", folder / "s.fvv")
     return folder
 
 
@@ -100,10 +99,10 @@ def test_paths_of_a_camera(name, scene, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["arrays", "objects"])
-def test_metadata_of_a_stream(name, scene, tmp_path):
+def test_metadata_of_a_stream(name, eight_frames, tmp_path):
     """It is text to all tools: it is neither parsed nor refused."""
-    capture = json.loads((scene / "tiny/capture.json").read_text())
-    for path in (scene / "tiny").iterdir():
+    capture = json.loads((eight_frames / "capture.json").read_text())
+    for path in eight_frames.iterdir():
         if path.name != "capture.json":
             (tmp_path / path.name).symlink_to(path)
     capture["metadata"] = "@"
