@@ -65,6 +65,7 @@ class Run:
         self._part = 0.0
         self._begin = time.monotonic()
         self._looked = 0.0
+        self._ended = time.monotonic()  # a task, last
         #: Names what this call leaves behind.
         self.call = uuid.uuid4().hex
         self.frames: list[int] = []
@@ -114,6 +115,20 @@ class Run:
         self._count += 1
         self._expect(self._count, task, future)
 
+    def _submit_again(self) -> None:
+        """Submits all pending tasks, as often as a task that fails."""
+        pending = list(self._pending.values())
+        self._pending.clear()
+        self._workers.cancel([future for _, future in pending])
+        for task, _ in pending:
+            if task.tries >= self._retries:
+                raise Error(
+                    f"{task.name}: workers are idle, and none began it, submitted {task.tries + 1} times"
+                )
+            task.tries += 1
+            self._submit(task)
+        self._ended = time.monotonic()
+
     def _expect(self, number: int, task: Task, future: Future) -> None:
         self._pending[number] = (task, future)
         future.add_done_callback(lambda _: self._finished.put(number))
@@ -130,6 +145,7 @@ class Run:
             while not self._finished.empty():
                 numbers.add(self._finished.get())
             ended = [(number, *self._pending.pop(number)) for number in numbers if number in self._pending]
+            self._ended = time.monotonic()
             for number, task, future in sorted(ended, key=lambda one: one[1].order):
                 outcome = self._outcome(task, future)
                 if outcome is None:
@@ -191,6 +207,7 @@ class Run:
 
     def _enter(self, stage: str) -> None:
         self._stage, self._part, self._begin, self._looked = stage, 0.0, time.monotonic(), 0.0
+        self._ended = self._begin
         self._tell(stage, 0.0)
 
     def _leave(self) -> None:
@@ -207,6 +224,8 @@ class Run:
             return
         self._looked = now
         self._workers.check_alive()
+        if self._pending and self._workers.have_forgotten(now - self._ended):
+            self._submit_again()
         if self._on_stage is None:
             return
         if self._stage == "encode":

@@ -95,6 +95,10 @@ class Pool:
     def check_alive(self) -> None:
         """A pool raises when its processes are lost."""
 
+    def have_forgotten(self, _: float) -> bool:
+        """Whether tasks will not run: a pool loses none."""
+        return False
+
     def cancel(self, pending: Iterable[Any]) -> None:
         """Waits for a bounded time for tasks that run, as their worker may be lost, and never for one that is cancelled."""
         running = [task for task in pending if not task.cancel()]
@@ -171,6 +175,17 @@ class Cluster:
             self._alone = now
         elif now - self._alone > self._timeout:
             raise Error(f"no worker is left, and none came back within {self._timeout:g} s")
+
+    def have_forgotten(self, seconds: float) -> bool:
+        """Whether tasks will not run although there are workers: none has ended for this many seconds, and no worker executes
+        anything. Dask loses some that are submitted while their worker dies."""
+        if seconds < self._timeout:
+            return False
+        try:
+            found = within(self._timeout, lambda: self._client.run(tasks.executing, on_error="ignore"))
+        except Exception:  # it is not known
+            return False
+        return bool(found) and not any(found.values())
 
     def cancel(self, pending: Iterable[Any]) -> None:
         """Waits for a bounded time until no worker executes these tasks, as they write into the folder."""

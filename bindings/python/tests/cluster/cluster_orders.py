@@ -2,7 +2,7 @@
 
 Each order is a call of `fvv.distributed.mux` with a script: what happens at the first, second, ... run of each task. It must
 return within `BOUND` seconds, with the bytes of a single run where the script lets each task succeed, else with the error of a
-task that the script dooms. `python cluster_orders.py COUNT FOLDER` prints the figures as JSON.
+task that the script dooms. `python cluster_orders.py COUNT FOLDER [FIRST]` prints the figures as JSON, of seeds from FIRST (0) on.
 """
 
 import contextlib
@@ -245,10 +245,11 @@ class Orders:
         raise AssertionError(f"seed {seed}: {doomed}: {error!r}")
 
 
-def figures(count, folder, tool, progress=lambda seed, end, seconds: None):
-    """dask.orders, dask.hangs, and how the orders ended; and what was wrong, as text."""
+def figures(count, folder, tool, progress=lambda seed, end, seconds: None, first=0):
+    """dask.orders, dask.hangs, and how the orders ended; and what was wrong, as text. first: seed of the first order."""
     ends = {"identical": 0, "storage": 0, "damaged": 0, "version": 0, "kill": 0, "lost": 0, "wrong": 0}
-    hangs, slowest, wrong, seed = 0, 0.0, [], 0
+    hangs, slowest, wrong, seed = 0, 0.0, [], first
+    count += first
     while seed < count and not hangs:
         with two_workers() as client:
             orders = Orders(client, folder, tool)
@@ -282,7 +283,11 @@ if __name__ == "__main__":
     from conftest import tool
 
     result, problems = figures(
-        int(sys.argv[1]), sys.argv[2], tool, lambda *done: print("order", *done, file=sys.stderr, flush=True)
+        int(sys.argv[1]),
+        sys.argv[2],
+        tool,
+        lambda *done: print("order", *done, file=sys.stderr, flush=True),
+        int(sys.argv[3]) if len(sys.argv) > 3 else 0,
     )
     for problem in problems:
         print(problem, file=sys.stderr)

@@ -171,6 +171,49 @@ def test_no_worker_is_left(capture, tmp_path):
     assert os.listdir(tmp_path) == []
 
 
+class Forgetful(Probed):
+    """Of whose tasks the first ones are never run, although its worker is idle."""
+
+    def __init__(self, replies, lost):
+        super().__init__(replies)
+        self.lost = lost
+        self.cancelled = 0
+        self.keys = []
+
+    def run(self, function, *words, workers=None, on_error="raise"):
+        return (
+            {one: [] for one in self.replies}
+            if function is tasks.executing
+            else super().run(function, *words)
+        )
+
+    def submit(self, call, *arguments, key, **where):
+        self.keys.append(key)
+        future = concurrent.futures.Future()
+        future.key = key
+        future.release = lambda: None
+        if len(self.keys) > self.lost:
+            future.set_result(call(*arguments))
+        return future
+
+    def cancel(self, futures, force=False):
+        self.cancelled += len(futures)
+
+
+def test_tasks_that_dask_forgets_are_submitted_again(capture, whole, tmp_path):
+    client = Forgetful({"tcp://10.0.0.1:4": GOOD}, lost=2)
+    fvv.distributed.mux(capture, tmp_path / "out.fvv", client, worker_timeout=0.2, **OPTIONS)
+    assert (tmp_path / "out.fvv").read_bytes() == whole
+    assert client.cancelled == 2 and len(set(client.keys)) == len(client.keys)
+
+
+def test_tasks_that_are_always_forgotten_end_the_call(capture, tmp_path):
+    client = Forgetful({"tcp://10.0.0.1:4": GOOD}, lost=100)
+    with pytest.raises(fvv.Error, match="planning: workers are idle, and none began it, submitted 3 times"):
+        fvv.distributed.mux(capture, tmp_path / "out.fvv", client, worker_timeout=0.2, **OPTIONS)
+    assert os.listdir(tmp_path) == []
+
+
 # What errors say.
 
 
