@@ -176,7 +176,8 @@ TEST_CASE("OBJ: errors name the line, what was expected and what was found") {
   CHECK(obj("v 0 \\\n\\\n 0\n") == "m.obj:3: expected 3, 4, 6 or 7 numbers after v, found 2");
   CHECK(obj("v 0 0 0 0 0") == "m.obj:1: expected 3, 4, 6 or 7 numbers after v, found 5");
   CHECK(obj("v 0 0 0 0 0 0 0 0 0") == "m.obj:1: expected 3, 4, 6 or 7 numbers after v, found 9");
-  CHECK(obj(vertices + "f 1 2\n") == "m.obj:4: expected at least 3 corners after f, found 2");
+  CHECK(obj(vertices + "f\n") == "m.obj:4: expected at least 1 corner after f, found none");
+  CHECK(obj(vertices + "f 1 9\n") == "m.obj:4: vertex 9 is used, the file has 3");
   CHECK(obj(vertices + "f 1 2 0\n") == R"(m.obj:4: expected indices that count from 1, found "0")");
   CHECK(obj(vertices + "f 1 2 3/0\n") == R"(m.obj:4: expected indices that count from 1, found "3/0")");
   CHECK(obj(vertices + "f 1 2 4\n") == "m.obj:4: vertex 4 is used, the file has 3");

@@ -339,8 +339,11 @@ private:
     corner_normals.clear();
     is_bare = false;
     for (std::string_view text; word(text);) corner(text);
-    if (corners.size() < 3)
-      fail("expected at least 3 corners after f, found " + std::to_string(corners.size()));
+    if (corners.empty()) fail("expected at least 1 corner after f, found none");
+    if (corners.size() < 3) {
+      report.lines_and_points++;
+      return;
+    }
     if (corners.size() - 2 > limits.max_faces - mesh.face_count())
       fail("more than the allowed " + std::to_string(limits.max_faces) + " triangles");
     if (corners.size() > 3) polygons.push_back({mesh.face_count(), uint32_t(corners.size())});

@@ -92,6 +92,14 @@ def test_spellings_bring_their_picture(name, place):
     assert mesh_of().area == pytest.approx(2 * (0.7 + 0.3 + 0.21), rel=1e-3)
 
 
+@pytest.mark.parametrize("face", ["f 1 2", "f 3", "f 1/1 2/1"])
+def test_faces_that_are_lines_or_points_are_counted(face, place):
+    (place / "a.obj").write_text(box() + face + "\n")
+    done = mux("a.obj", "--json")
+    assert summary(done)["mesh"]["lines_and_points"]["count"] == 1
+    assert mesh_of().area == pytest.approx(2 * (0.7 + 0.3 + 0.21), rel=1e-3)
+
+
 @pytest.mark.parametrize("corner", ["{0}/", "{0}//", "{0}"])
 def test_corners_without_texture(corner, place):
     (place / "a.obj").write_text(box(corner=corner))
@@ -215,6 +223,10 @@ PLY = {
         0.5,
     ),
     "a face of two corners": (PLY_HEAD.format(3) + FACE.format(2) + TRIANGLE + "3 0 1 2\n2 0 1\n", 0.5),
+    "capitals in the first line": (
+        ("PLY" + PLY_HEAD[3:]).format(3) + FACE.format(1) + TRIANGLE + "3 0 1 2\n",
+        0.5,
+    ),
     "a face of one corner": (PLY_HEAD.format(3) + FACE.format(2) + TRIANGLE + "1 0\n3 0 1 2\n", 0.5),
     "unused vertices": (
         PLY_HEAD.format(5) + FACE.format(1) + TRIANGLE + "nan nan nan\n-inf 0 NaN\n3 0 1 2\n",

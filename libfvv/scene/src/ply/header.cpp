@@ -36,7 +36,7 @@ public:
 
   PlyHeader read() {
     next();
-    if (text != "ply") fail("expected ply in the first line, found " + quote(text));
+    if (text != "ply" && text != "PLY") fail("expected ply in the first line, found " + quote(text));
     read_format();
     for (;;) {
       next();
