@@ -78,6 +78,7 @@ HOW = {
     ("packaging/README.md", "./run packages"): ELSEWHERE + "install: packages",
     ("js/docs/README.md", "node build.mjs"): ELSEWHERE + "js: docs: build",
     ("js/player/README.md", "npx esbuild"): ELSEWHERE + "js: docs: samples",
+    ("js/player/README.md", "// vite.config.js"): ELSEWHERE + "js: vite dev",
     ("js/player/conformance/README.md", "node js/player"): ELSEWHERE + "./run bench player",
     ("js/site/README.md", "node build.mjs"): ELSEWHERE + "js: site",
     ("js/three/README.md", "(cd .. && npm ci"): ELSEWHERE + "js: three",

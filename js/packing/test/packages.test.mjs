@@ -3,29 +3,19 @@
 
 import assert from "node:assert/strict";
 import { execFileSync, spawnSync } from "node:child_process";
-import {
-  cpSync,
-  existsSync,
-  mkdirSync,
-  mkdtempSync,
-  readFileSync,
-  readdirSync,
-  rmSync,
-  symlinkSync,
-  writeFileSync,
-} from "node:fs";
+import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 import { fileURLToPath } from "node:url";
 
-import { PNG } from "pngjs";
 import { build } from "vite";
 
 import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
 import { root, serveFolder, tool } from "../../testing/served.mjs";
 import { NAMES, isBuilt, pack, packIn, problemsOf } from "../packages.mjs";
+import { coloursOf, install } from "./projects.mjs";
 
 const here = fileURLToPath(new URL(".", import.meta.url));
 const js = join(here, "../..");
@@ -131,21 +121,6 @@ test("placeholders are not published", () => {
   if (isPlaceholder) assert.match(stderr, /placeholders/);
 });
 
-/** A folder with the packages as npm would install them, and the others of js/node_modules. */
-function install(page) {
-  const project = join(folder, page);
-  cpSync(join(here, page), project, { recursive: true });
-  writeFileSync(join(project, "package.json"), JSON.stringify({ private: true, type: "module" }));
-  for (const name of names) {
-    const target = join(project, "node_modules/@fvv", name);
-    mkdirSync(target, { recursive: true });
-    execFileSync("tar", ["-xzf", tarballs[name], "-C", target, "--strip-components=1"]);
-  }
-  for (const name of ["react", "react-dom", "three", "vite", "@types"])
-    symlinkSync(join(js, "node_modules", name), join(project, "node_modules", name));
-  return project;
-}
-
 function checkTypes(project, file) {
   const options = [
     "--noEmit",
@@ -163,22 +138,6 @@ function checkTypes(project, file) {
     encoding: "utf8",
   });
   assert.equal(status, 0, stdout);
-}
-
-/** The number of colours on the player's picture. */
-async function coloursOf(page) {
-  const shown = () => page.evaluate(() => document.querySelector("fvv-player").readyState >= 2);
-  for (let i = 0; i < 300 && !(await shown()); i++) await new Promise((later) => setTimeout(later, 100));
-  const player = await page.$("fvv-player");
-  let colours;
-  for (let attempt = 0; attempt < 30; attempt++) {
-    const { data } = PNG.sync.read(Buffer.from(await player.screenshot()));
-    colours = new Set();
-    for (let i = 0; i < data.length; i += 4 * 61) colours.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
-    if (colours.size > 300) break;
-    await new Promise((later) => setTimeout(later, 100));
-  }
-  return colours.size;
 }
 
 /** Another host: every file with CORS, and nothing else. */
@@ -208,7 +167,7 @@ describe("pages", { skip: missingBrowser("chromium") }, () => {
   });
 
   async function buildAndOpen(page, file) {
-    const project = install(page);
+    const project = install(join(here, page), join(folder, page), tarballs);
     checkTypes(project, file);
     const out = join(served.folder, page);
     const jsx = { jsx: "automatic" };
