@@ -42,7 +42,9 @@ def reason(error: Exception) -> str:
     """One line: what failed, without the place in the library's own sources."""
     if isinstance(error, cv2.error):
         words = getattr(error, "err", None) or str(error)
-        function = getattr(error, "func", None)
+        words = " ".join(line.removeprefix("> ") for line in words.splitlines())
+        # Of a template the whole declaration.
+        function = (getattr(error, "func", None) or "").partition("(")[0].rpartition("::")[2]
         return f"OpenCV {cv2.__version__}: {' '.join(words.split())}" + (f" ({function})" if function else "")
     return f"linear algebra: {error}"
 

@@ -104,14 +104,15 @@ def learn_keyer(
     cv2.setNumThreads(1)
     clip = open_footage(description)
     learn = [clip.picture(index, n) for n in spread(clip.frames, PLATE_PICTURES)]
-    if empty is not None:
-        stage = open_footage(empty)
-        plate = plate_of(stage.picture(0, n) for n in stage.frames)
-    elif options.mode == "chroma" or len(learn) < 3:
-        plate = None
-    else:
-        plate = median_plate(learn)
-    keyer = Keyer(plate, options, learn=[learn[i] for i in spread(range(len(learn)), LEARN_PICTURES)])
+    with named(f"the background of camera {clip.cameras[index].name or index}", is_file=False):
+        if empty is not None:
+            stage = open_footage(empty)
+            plate = plate_of(stage.picture(0, n) for n in stage.frames)
+        elif options.mode == "chroma" or len(learn) < 3:
+            plate = None
+        else:
+            plate = median_plate(learn)
+        keyer = Keyer(plate, options, learn=[learn[i] for i in spread(range(len(learn)), LEARN_PICTURES)])
     with open(path, "wb") as file:
         pickle.dump(keyer, file)
     return {"mode": keyer.mode, "notes": list(keyer.notes)}

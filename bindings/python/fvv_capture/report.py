@@ -12,6 +12,7 @@ from fvv import recordings, render
 from fvv.errors import UsageError
 from fvv.interop.optional_import import optional_import
 
+from .opencv import named
 from .pipeline import FrameResult, Progress
 
 cv2: Any = optional_import("cv2", "capture")
@@ -98,8 +99,9 @@ def leave_one_out(
                 drawn = render(
                     clip, number - first, own, exclude=[calibrated.id], environment=False, layers=True
                 )
-                truth = cv2.resize(footage.picture(index, number), size, interpolation=cv2.INTER_AREA)
-                mask = cv2.resize(footage.mask(index, number), size, interpolation=cv2.INTER_AREA) >= 128
+                with named(f"camera {calibrated.name or index}", number, is_file=False):
+                    truth = cv2.resize(footage.picture(index, number), size, interpolation=cv2.INTER_AREA)
+                    mask = cv2.resize(footage.mask(index, number), size, interpolation=cv2.INTER_AREA) >= 128
                 done += 1
                 progress("hold out cameras", done, len(numbers) * len(cameras))
                 if not mask.any():

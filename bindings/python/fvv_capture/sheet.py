@@ -11,6 +11,7 @@ from fvv.interop.optional_import import optional_import
 
 from .arrays import Picture
 from .keying import Key
+from .opencv import named
 
 cv2: Any = optional_import("cv2", "capture")
 
@@ -49,7 +50,10 @@ def draw(
             raise UsageError(
                 f"camera {name}: {len(own)} keys and {len(seen)} pictures; {len(frames)} of each are expected"
             )
-        cells = [_cell(key, p, f"{name} frame {frame}", height) for key, p, frame in zip(own, seen, frames)]
+        cells = []
+        for key, picture, frame in zip(own, seen, frames):
+            with named(f"camera {name}", frame, is_file=False):
+                cells.append(_cell(key, picture, f"{name} frame {frame}", height))
         rows.append(numpy.hstack(cells))
     width = max(row.shape[1] for row in rows)
     return numpy.vstack([numpy.pad(row, ((0, 0), (0, width - row.shape[1]), (0, 0))) for row in rows])

@@ -19,6 +19,8 @@ from fvv.errors import UsageError
 from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
+from .opencv import named
+
 cv2: Any = optional_import("cv2", "capture")
 signal: Any = optional_import("scipy.signal", "capture")
 
@@ -74,19 +76,29 @@ def sound_signal(path: str) -> Signal:
     return Signal(numpy.maximum(level - before - AUDIBLE, 0), ENVELOPE_RATE, start)
 
 
-def flash_signal(pictures: Iterable[NDArray[numpy.uint8]], rate: float) -> Signal:
-    """Changes of a picture's brightness from frame to frame."""
-    means = numpy.array([float(_small(p).mean()) for p in pictures], numpy.float32)
+def flash_signal(
+    pictures: Iterable[NDArray[numpy.uint8]], rate: float, source: str = "a recording"
+) -> Signal:
+    """Changes of a picture's brightness from frame to frame. source: what errors name."""
+    found = []
+    for frame, picture in enumerate(pictures):
+        with named(source, frame, is_file=False):
+            found.append(float(_small(picture).mean()))
+    means = numpy.array(found, numpy.float32)
     return Signal(numpy.diff(means, prepend=means[:1]), rate)
 
 
-def motion_signal(pictures: Iterable[NDArray[numpy.uint8]], rate: float) -> Signal:
-    """How much of a picture changes from frame to frame, beyond its noise."""
+def motion_signal(
+    pictures: Iterable[NDArray[numpy.uint8]], rate: float, source: str = "a recording"
+) -> Signal:
+    """How much of a picture changes from frame to frame, beyond its noise. source: what errors name."""
     found, before = [], None
-    for picture in pictures:
-        small = cv2.GaussianBlur(_small(picture), (5, 5), 0)
-        if before is not None:
-            found.append(float(numpy.maximum(cv2.absdiff(small, before).astype(numpy.float32) - 3, 0).mean()))
+    for frame, picture in enumerate(pictures):
+        with named(source, frame, is_file=False):
+            small = cv2.GaussianBlur(_small(picture), (5, 5), 0)
+            if before is not None:
+                change = cv2.absdiff(small, before).astype(numpy.float32)
+                found.append(float(numpy.maximum(change - 3, 0).mean()))
         before = small
     values = numpy.array(found[:1] + found, numpy.float32) if found else numpy.zeros(1, numpy.float32)
     return Signal(values, rate)
@@ -211,7 +223,7 @@ def measure(
             signals[name] = sound_signal(path)
         else:
             make = flash_signal if method == "flash" else motion_signal
-            signals[name] = make(pictures_of(name), rate)
+            signals[name] = make(pictures_of(name), rate, f"recording {name}")
         if progress is not None:
             progress(done + 1, len(names))
     return offsets(signals, most)

@@ -10,7 +10,7 @@ import fvv
 import numpy
 import pytest
 from conftest import ROOT, tool
-from fvv.errors import UsageError
+from fvv.errors import Error, UsageError
 from fvv_capture import backing, clean_plate, keying, sheet
 
 W, H = 480, 270
@@ -339,6 +339,16 @@ def test_errors(room, plate):
         keying.Keyer(plate, keying.KeyOptions(mode="chroma"))
     with pytest.raises(UsageError, match="no plate, and no saturated colour"):
         keying.Keyer(None, learn=[numpy.full((H, W, 3), 128, numpy.uint8)])
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (0, 8)])
+def test_what_opencv_cannot_draw_names_camera_and_frame(shape):
+    empty = numpy.zeros(shape, numpy.uint8)
+    key = keying.Key(mask=empty, matte=empty, confidence=1.0, pieces=0, spill=0.0, mode="chroma")
+    picture = numpy.zeros((9, 16, 3), numpy.uint8)
+    with pytest.raises(Error, match=r"^camera left: frame 7: OpenCV \S+: .*\(resize\)$") as found:
+        sheet.draw([[key]], [[picture]], ["left"], [7])
+    assert "\n" not in str(found.value)
 
 
 def test_the_sheet_shows_outline_matte_and_confidence(room, plate):

@@ -4,7 +4,7 @@ import wave
 
 import numpy
 import pytest
-from fvv.errors import UsageError
+from fvv.errors import Error, UsageError
 from fvv_capture import synchronise
 from fvv_capture.synchronise import Signal
 
@@ -125,3 +125,24 @@ def test_silent_files_and_single_recordings_are_refused(tmp_path):
     (tmp_path / "a.mp4").write_bytes(b"nothing")
     with pytest.raises(UsageError, match="has no sound"):
         synchronise.measure("sound", ["a"], lambda name: str(tmp_path / "a.mp4"), lambda name: [], RATE)
+
+
+@pytest.mark.parametrize("method", ["flash", "motion"])
+@pytest.mark.parametrize("shape", [(0, 0, 3), (48, 64), (48, 64, 2)])
+def test_a_picture_that_opencv_cannot_use_is_named(method, shape):
+    """Empty, without colours, and of another number of channels."""
+    whole = [numpy.full((48, 64, 3), 9, numpy.uint8)] * 3
+    pictures = [*whole, numpy.zeros(shape, numpy.uint8)]
+    with pytest.raises(Error, match=r"^recording b: frame 3: OpenCV \S+: .*\(\w+\)$"):
+        synchronise.measure(method, ["a", "b"], str, lambda name: pictures if name == "b" else whole, 25.0)
+
+
+@pytest.mark.parametrize("method", ["flash", "motion"])
+def test_pictures_of_other_sizes(method):
+    """A recording whose pictures change their size midway: those of one shape still have a signal."""
+    pictures = [numpy.full((48, 64, 3), 9, numpy.uint8)] * 3 + [numpy.full((96, 64, 3), 9, numpy.uint8)]
+    if method == "flash":
+        synchronise.flash_signal(pictures, 25.0)
+        return
+    with pytest.raises(Error, match=r"^recording b: frame 3: OpenCV"):
+        synchronise.motion_signal(pictures, 25.0, "recording b")
