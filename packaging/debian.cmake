@@ -36,7 +36,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libfvv${FVV_SOVERSION} (= ${PROJECT_VERSION}), libfvv-encoder${FVV_SOVERSION} (= ${PROJECT_VERSION}), libdraco-dev, libmeshoptimizer-dev")
 # What the C++ libraries beside libfvv need.
 set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS
-  "libavcodec-dev, libavformat-dev, libavutil-dev, libswscale-dev, libswresample-dev, libturbojpeg0-dev, libpng-dev, libopenexr-dev, libexpat1-dev, libyaml-cpp-dev, nlohmann-json3-dev")
+  "libavcodec-dev, libavformat-dev, libavutil-dev, libswscale-dev, libswresample-dev, libturbojpeg0-dev, libpng-dev, libwebp-dev, libopenexr-dev, libexpat1-dev, libyaml-cpp-dev, nlohmann-json3-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Streaming file format for free-viewpoint video: headers and static libraries
  The C library libfvv, and the C++ libraries that encode, decode and draw
  streams, with pkg-config files and a CMake package.")

@@ -19,6 +19,7 @@ class Fvv < Formula
   depends_on "meshoptimizer"
   depends_on "openexr"
   depends_on "tomlplusplus"
+  depends_on "webp"
   depends_on "yaml-cpp"
 
   resource "stb" do

@@ -222,7 +222,7 @@ TEST_CASE("files that are no pictures, or too large, are refused before anything
   CHECK_THAT(error_of([] {
                probe_image(write_file("text", {'h', 'e', 'l', 'l', 'o'}));
              }),
-             Contains("neither a PNG nor a JPEG nor an OpenEXR"));
+             Contains("neither a PNG nor a JPEG nor a WebP nor an OpenEXR"));
   CHECK_THAT(error_of([] { decode_image(nullptr, 0, 2, "x"); }), Contains("2 channels"));
 
   // Declared 16384 x 16384 in 100 bytes: a JPEG whose frame header lies, and a PNG likewise.

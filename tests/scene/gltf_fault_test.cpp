@@ -77,7 +77,8 @@ TEST_CASE("glTF: a faulty GLB is refused in one sentence") {
   CHECK(complaint("ply\n") ==
         "m.glb: 0x0: expected glTF 2.0, which begins with \"glTF\" (GLB) or with { (JSON)");
   CHECK(complaint("glTF\2") == "m.glb: 0x5: the file ends within the GLB header");
-  CHECK(changed(4, "\1") == "m.glb: 0x4: expected GLB version 2, found 1");
+  CHECK(changed(4, "\1") == "m.glb: 0x4: expected GLB version 2, found 1: gltf-pipeline converts it "
+                            "(gltf-pipeline -i old.gltf -o new.glb)");
   CHECK(complaint(good + "x") == "m.glb: 0x8: expected a file of " + std::to_string(good.size()) +
                                      " bytes, found " + std::to_string(good.size() + 1));
   CHECK(changed(12, "\xff\xff\xff\xff") == "m.glb: 0xc: expected a chunk of at most " +
@@ -92,7 +93,11 @@ TEST_CASE("glTF: a faulty GLB is refused in one sentence") {
 }
 
 TEST_CASE("glTF: a faulty description is refused at its place") {
-  CHECK(fault("/asset/version", "1.0") == "/asset/version: expected glTF 2, found \"1.0\"");
+  CHECK(fault("/asset/version", "1.0") == "/asset/version: expected glTF 2, found \"1.0\": gltf-pipeline "
+                                          "converts it (gltf-pipeline -i old.gltf -o new.glb)");
+  CHECK(fault("/asset/version", "3.0") == "/asset/version: expected glTF 2, found \"3.0\"");
+  CHECK(complaint("{\"meshes\": {\"a\": {}}}").find("gltf-pipeline") != std::string::npos);
+  CHECK(complaint("glTF" + File::u32(1) + File::u32(12)).find("gltf-pipeline") != std::string::npos);
   CHECK(fault("/asset/minVersion", "2.1") ==
         "/asset/minVersion: expected a file that a reader of glTF 2.0 can read, found \"2.1\"");
   CHECK(fault("/extensionsRequired", {"VENDOR_displacement"}) ==

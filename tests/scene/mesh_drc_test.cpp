@@ -115,7 +115,9 @@ TEST_CASE("DRC: a faulty file is refused in one sentence") {
   CHECK(complaint(good).empty());
   CHECK(complaint("") == "m.drc: 0x0: expected a Draco file, which begins with DRACO");
   CHECK(changed(0, 'd') == "m.drc: 0x0: expected a Draco file, which begins with DRACO");
-  CHECK(changed(6, 1) == "m.drc: 0x5: expected Draco bitstream 2.2, found 2.1");
+  CHECK(changed(6, 1) == "m.drc: 0x5: expected Draco bitstream 2.2, found 2.1: 'draco_decoder -i old.drc -o "
+                         "new.ply' converts it ('draco_transcoder' in a glTF file)");
+  CHECK(changed(6, 3) == "m.drc: 0x5: expected Draco bitstream 2.2, found 2.3");
   CHECK(changed(7, 0) == "m.drc: 0x7: expected a triangular mesh, found a point cloud");
   CHECK(changed(7, 2) == "m.drc: 0x7: expected a triangular mesh, found another geometry");
   CHECK(changed(8, 2) == "m.drc: 0x8: expected encoding method 0 or 1, found 2");

@@ -9,6 +9,7 @@
 #include <draco/mesh/triangle_soup_mesh_builder.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 using namespace fvv::scene;
@@ -217,11 +218,41 @@ TEST_CASE("texture coordinates: glTF materials name set, transform and picture")
   check_square(mesh);
   CHECK(mesh.texture[0] == Approx(0).margin(1e-4)); // 32768 is not exactly a half
   CHECK(parse_gltf_picture(file.glb(), "m.glb") == "picture of the atlas");
-  info["extensions"]["KHR_texture_transform"]["rotation"] = 0.5;
-  CHECK(
-      message([&] { gltf(file); }) ==
-      "m.glb: /materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/rotation: "
-      "expected a texture that is not rotated, found 0.5: bake the rotation into the texture coordinates");
+  info["extensions"]["KHR_texture_transform"]["rotation"] = "north";
+  CHECK(message([&] { gltf(file); }).find("KHR_texture_transform/rotation: expected a number") !=
+        std::string::npos);
+  info["extensions"]["KHR_texture_transform"]["rotation"] = 1e7;
+  CHECK(message([&] { gltf(file); }).find("KHR_texture_transform/rotation: expected radians") !=
+        std::string::npos);
+}
+
+TEST_CASE("texture coordinates: glTF scales, then rotates, then moves") {
+  // The example of the extension: the lower left quadrant, for coordinates of the whole picture.
+  struct Case {
+    double offset[2], rotation, scale[2], u, v;
+  };
+  const double quarter = std::acos(-1.0) / 2;
+  for (const Case &one :
+       {Case{{0, 1}, quarter, {0.5, 0.5}, 0.3, 0.6}, Case{{0, 0}, 0, {2, 3}, 0.3, 0.6},
+        Case{{0.5, 0.25}, 0.392699, {1.5, 0.5}, 0.3, 0.6}, Case{{0, 0}, -7.5, {-1, 2}, 0.9, 0.1},
+        Case{{1, 1}, 2 * quarter, {1, 1}, 0, 0}, Case{{0, 0}, 1000, {1, 1}, 0.1, 0.2}}) {
+    CAPTURE(one.rotation);
+    File file = gltf_square();
+    file.document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] =
+        file.add("VEC2", gltf_fixture::float32, {one.u, one.v, one.u, one.v, one.u, one.v, one.u, one.v});
+    paint(file, "picture");
+    file.document["meshes"][0]["primitives"][0]["material"] = 0;
+    file.document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]
+                 ["KHR_texture_transform"] = {{"offset", {one.offset[0], one.offset[1]}},
+                                              {"scale", {one.scale[0], one.scale[1]}},
+                                              {"rotation", one.rotation},
+                                              {"texCoord", 1}};
+    const Mesh mesh = gltf(file);
+    const double c = std::cos(one.rotation), s = std::sin(one.rotation), u = one.u * one.scale[0],
+                 v = one.v * one.scale[1];
+    CHECK(mesh.texture[0] == Approx(c * u + s * v + one.offset[0]).margin(1e-6));
+    CHECK(mesh.texture[1] == Approx(-s * u + c * v + one.offset[1]).margin(1e-6));
+  }
 }
 
 TEST_CASE("texture coordinates: glTF with several pictures has no atlas") {

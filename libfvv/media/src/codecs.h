@@ -30,22 +30,27 @@ template <class SampleType> BasicImage<SampleType> with_channels(BasicImage<Samp
 bool is_png(const uint8_t *bytes, size_t size);
 bool is_jpeg(const uint8_t *bytes, size_t size);
 bool is_exr(const uint8_t *bytes, size_t size);
+bool is_webp(const uint8_t *bytes, size_t size);
 
 // The header alone; bytes may end anywhere after it. Error when they end before.
 ImageInfo probe_png(const uint8_t *bytes, size_t size, const std::string &name);
 ImageInfo probe_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
 ImageInfo probe_exr(const uint8_t *bytes, size_t size, const std::string &name);
+ImageInfo probe_webp(const uint8_t *bytes, size_t size, const std::string &name);
 
 // In the channels of the file.
 template <class SampleType>
 BasicImage<SampleType> decode_png(const uint8_t *bytes, size_t size, const std::string &name);
-// All that a PNG file holds: R, G, B and alpha of 16 bits. has_alpha: it has such a channel or colour.
+// All that a PNG or WebP file holds: R, G, B and alpha of 16 bits. has_alpha: it has such a channel or
+// colour.
 struct RgbaImage {
   uint32_t width, height;
   bool has_alpha;
   std::vector<uint16_t> pixels;
 };
 RgbaImage decode_png_rgba(const uint8_t *bytes, size_t size, const std::string &name);
+RgbaImage decode_webp_rgba(const uint8_t *bytes, size_t size, const std::string &name);
+Image decode_webp(const uint8_t *bytes, size_t size, const std::string &name);
 Image decode_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
 template <class SampleType>
 BasicImage<SampleType> decode_exr_picture(const uint8_t *bytes, size_t size, const std::string &name);

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <string_view>
 #include <type_traits>
 
 namespace fvv::media {
@@ -51,8 +52,38 @@ ImageInfo probe_bytes(const uint8_t *bytes, size_t size, const std::string &name
   if (is_png(bytes, size)) return probe_png(bytes, size, name);
   if (is_jpeg(bytes, size)) return probe_jpeg(bytes, size, name);
   if (is_exr(bytes, size)) return probe_exr(bytes, size, name);
-  throw Error(name, size == 0 ? "is empty" : "is neither a PNG nor a JPEG nor an OpenEXR file");
+  if (is_webp(bytes, size)) return probe_webp(bytes, size, name);
+  throw Error(name, why_no_picture(bytes, size));
 }
+
+struct OtherFormat {
+  size_t at; // of the magic number
+  std::string_view magic;
+  const char *name;
+};
+
+using namespace std::string_view_literals;
+// What textures are often in, besides; the more specific first.
+constexpr OtherFormat other_formats[] = {
+    {0, "\xabKTX 20"sv, "a KTX2 file ('ktx extract' makes a PNG file of it)"},
+    {0, "\xabKTX 11"sv, "a KTX file"},
+    {0, "DDS "sv, "a DDS file"},
+    {0, "sB"sv, "a Basis file"},
+    {4, "ftypavif"sv, "an AVIF file"},
+    {4, "ftypavis"sv, "an AVIF file"},
+    {4, "ftyphei"sv, "a HEIC file"},
+    {4, "ftypmif1"sv, "a HEIF file"},
+    {0, "\xff\x0a"sv, "a JPEG XL file"},
+    {4, "JXL \r\n"sv, "a JPEG XL file"},
+    {4, "jP  \r\n"sv, "a JPEG 2000 file"},
+    {0, "GIF8"sv, "a GIF file"},
+    {0, "II*\0"sv, "a TIFF file"},
+    {0, "MM\0*"sv, "a TIFF file"},
+    {0, "8BPS"sv, "a Photoshop file"},
+    {0, "#?RADIANCE"sv, "a Radiance file"},
+    {0, "BM"sv, "a BMP file"},
+    {0, "version https://git-lfs"sv, "a pointer of Git LFS, in place of a picture"},
+};
 
 // BT.709, 16 fractional bits; the three add up to 65536, so that grey stays grey.
 constexpr uint32_t luma_r = 13933, luma_g = 46871, luma_b = 4732;
@@ -174,6 +205,16 @@ BasicImage<Sample> make_image(uint32_t width, uint32_t height, int channels,
   return image;
 }
 
+std::string why_no_picture(const uint8_t *bytes, size_t size) {
+  if (!size) return "is empty";
+  if (is_png(bytes, size) || is_jpeg(bytes, size) || is_exr(bytes, size) || is_webp(bytes, size)) return "";
+  const std::string_view start(reinterpret_cast<const char *>(bytes), std::min(size, size_t(64)));
+  for (const OtherFormat &format : other_formats)
+    if (start.size() > format.at && start.substr(format.at, format.magic.size()) == format.magic)
+      return std::string("is ") + format.name + ", expected PNG, JPEG, WebP or OpenEXR";
+  return "is neither a PNG nor a JPEG nor a WebP nor an OpenEXR file";
+}
+
 ImageInfo probe_image(const std::string &path) {
   const File file = open_file(path);
   std::vector<uint8_t> bytes;
@@ -182,10 +223,7 @@ ImageInfo probe_image(const std::string &path) {
     try {
       return probe_bytes(bytes.data(), bytes.size(), path);
     } catch (const Error &) {
-      if (ended || wanted >= max_file_size ||
-          !(is_png(bytes.data(), bytes.size()) || is_jpeg(bytes.data(), bytes.size()) ||
-            is_exr(bytes.data(), bytes.size())))
-        throw;
+      if (ended || wanted >= max_file_size || !why_no_picture(bytes.data(), bytes.size()).empty()) throw;
     }
   }
 }
@@ -211,6 +249,7 @@ BasicImage<Sample> decode_format(ImageFormat format, const uint8_t *bytes, size_
   if constexpr (!std::is_same_v<Sample, float>) {
     if (format == ImageFormat::png) return decode_png<Sample>(bytes, size, name);
     if (format == ImageFormat::jpeg) return with_samples<Sample>(decode_jpeg(bytes, size, name));
+    if (format == ImageFormat::webp) return with_samples<Sample>(decode_webp(bytes, size, name));
   }
   return decode_exr_picture<Sample>(bytes, size, name);
 }

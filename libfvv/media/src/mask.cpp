@@ -14,6 +14,13 @@ constexpr uint16_t opaque = 0xffff;
 // The least that becomes 128 of 255.
 constexpr uint32_t bright = 32768;
 
+// None: the format has no alpha.
+std::optional<RgbaImage> rgba_of(const std::vector<uint8_t> &bytes, const std::string &path) {
+  if (is_png(bytes.data(), bytes.size())) return decode_png_rgba(bytes.data(), bytes.size(), path);
+  if (is_webp(bytes.data(), bytes.size())) return decode_webp_rgba(bytes.data(), bytes.size(), path);
+  return std::nullopt;
+}
+
 uint32_t luma(const uint16_t *rgb) {
   return uint32_t((13933ull * rgb[0] + 46871ull * rgb[1] + 4732ull * rgb[2] + 32768) >> 16);
 }
@@ -22,8 +29,9 @@ uint32_t luma(const uint16_t *rgb) {
 
 std::optional<MaskFacts> MaskFacts::of(const std::string &path) {
   const std::vector<uint8_t> bytes = read_file(path);
-  if (!is_png(bytes.data(), bytes.size())) return std::nullopt;
-  const RgbaImage image = decode_png_rgba(bytes.data(), bytes.size(), path);
+  const std::optional<RgbaImage> found = rgba_of(bytes, path);
+  if (!found) return std::nullopt;
+  const RgbaImage &image = *found;
   MaskFacts out;
   out.has_alpha = image.has_alpha;
   out.pixels = image.pixels.size() / 4;
@@ -68,8 +76,9 @@ bool MaskFacts::is_decided() const {
 Image read_mask(const std::string &path, MaskRule rule) {
   if (rule == MaskRule::luma) return read_image(path, 1);
   const std::vector<uint8_t> bytes = read_file(path);
-  if (!is_png(bytes.data(), bytes.size())) return decode_image(bytes.data(), bytes.size(), 1, path);
-  const RgbaImage image = decode_png_rgba(bytes.data(), bytes.size(), path);
+  const std::optional<RgbaImage> found = rgba_of(bytes, path);
+  if (!found) return decode_image(bytes.data(), bytes.size(), 1, path);
+  const RgbaImage &image = *found;
   Image out = make_image(image.width, image.height, 1, 0);
   for (size_t i = 0; i < out.pixels.size(); i++) {
     const uint16_t *p = &image.pixels[4 * i];

@@ -332,12 +332,17 @@ size_t bytes_kept(const Plan &plan, const VideoTrack &track) {
   return sample_bytes / size_t(together);
 }
 
-// The middle group, or the nearest one in which something is on stage.
+// The middle group, or the nearest one that is not short and in which something is on stage. A codec spends
+// more on the only frame of a group than on the frames of a long one: the last group of a few frames would
+// promise a quality, by AV1 of 5 dB more, that the others do not have.
 size_t middle_group(const Plan &plan) {
   const size_t middle = plan.group_count() / 2;
-  if (!plan.has_meshes()) return middle;
+  size_t longest = 0;
+  for (size_t group = 0; group < plan.group_count(); group++)
+    longest = std::max(longest, plan.frames_of(group));
   const auto shows = [&](size_t group) {
-    return plan.has_mesh(plan.first_of(group) + plan.frames_of(group) - 1);
+    return 2 * plan.frames_of(group) >= longest &&
+           (!plan.has_meshes() || plan.has_mesh(plan.first_of(group) + plan.frames_of(group) - 1));
   };
   for (size_t off = 0; off <= middle; off++) {
     if (middle + off < plan.group_count() && shows(middle + off)) return middle + off;

@@ -4,6 +4,7 @@
 #include "fvv_scene/picture_source.h"
 #include "scene/src/atlas/atlas.h"
 #include "scene/src/gltf/container.h"
+#include "scene/src/gltf/scene.h"
 #include "scene/src/video/video_match.h"
 
 #include <algorithm>
@@ -421,9 +422,15 @@ Findings check_files(const Capture &capture, const PictureProbe &probe, const Vi
   if (!meshes.empty() && is_gltf(capture.mesh_path(meshes.front()))) {
     const std::string path = capture.mesh_path(meshes.front());
     try {
-      for (const std::string &name : gltf::unknown_extensions(read_file(path, max_mesh_file), path))
+      const std::string bytes = read_file(path, max_mesh_file);
+      for (const std::string &name : gltf::unknown_extensions(bytes, path))
         findings.warnings.push_back(path + ": uses " + quote(name) +
                                     ", which is not known here: what it changes is not shown");
+      if (capture.atlas && !capture.atlas->pictures && gltf::has_tinted_pictures(bytes, path))
+        findings.warnings.push_back(
+            path + ": colours of vertices or materials (COLOR_0, baseColorFactor), which its "
+                   "pictures are to be multiplied with, are not shown: bake them into the "
+                   "pictures");
     } catch (const Error &) {} // is among the problems
   }
   findings.warnings.insert(findings.warnings.begin(), capture.notes.begin(), capture.notes.end());

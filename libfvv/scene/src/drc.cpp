@@ -16,6 +16,10 @@ namespace fvv::scene {
 
 namespace {
 
+// Of messages about older bitstreams, which decoders of today still read.
+constexpr const char *way_to_today =
+    ": 'draco_decoder -i old.drc -o new.ply' converts it ('draco_transcoder' in a glTF file)";
+
 struct DrcCounts {
   uint64_t faces, vertices;
 };
@@ -29,8 +33,9 @@ public:
     const uint8_t *head = cursor.take(11);
     if (!head || memcmp(head, "DRACO", 5)) fail(0, "expected a Draco file, which begins with DRACO");
     if (head[5] != 2 || head[6] != 2)
-      fail(5,
-           "expected Draco bitstream 2.2, found " + std::to_string(head[5]) + "." + std::to_string(head[6]));
+      fail(5, "expected Draco bitstream 2.2, found " + std::to_string(head[5]) + "." +
+                  std::to_string(head[6]) +
+                  (head[5] < 2 || (head[5] == 2 && head[6] < 2) ? way_to_today : ""));
     if (head[7] != 1)
       fail(7, head[7] ? "expected a triangular mesh, found another geometry"
                       : "expected a triangular mesh, found a point cloud");

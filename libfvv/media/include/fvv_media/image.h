@@ -1,6 +1,6 @@
-// Still pictures: reading and writing PNG, JPEG and OpenEXR files, scaling, comparing. Samples have 8 or 16
-// bits, or are linear light. Samples are taken as sRGB: gAMA chunks and ICC profiles are ignored, and so is
-// Exif orientation, because calibration refers to rows and columns as they are stored.
+// Still pictures: reading PNG, JPEG, WebP and OpenEXR files, writing PNG and JPEG, scaling, comparing.
+// Samples have 8 or 16 bits, or are linear light. Samples are taken as sRGB: gAMA chunks and ICC profiles are
+// ignored, and so is Exif orientation, because calibration refers to rows and columns as they are stored.
 #pragma once
 
 #include "fvv_cxx/error.h"
@@ -24,7 +24,7 @@ template <class SampleType = uint8_t>
 BasicImage<SampleType> make_image(uint32_t width, uint32_t height, int channels,
                                   typename BasicImage<SampleType>::Value value);
 
-enum class ImageFormat { png, jpeg, exr };
+enum class ImageFormat { png, jpeg, exr, webp };
 
 struct ImageInfo {
   uint32_t width, height;
@@ -33,17 +33,21 @@ struct ImageInfo {
   uint8_t orientation = 1; // what Exif in a JPEG file says, 1 (upright) to 8; read_image ignores it
 };
 
+// Empty for bytes that begin as a file of a format that is read here; else what they are, "is a BMP file,
+// expected ...".
+std::string why_no_picture(const uint8_t *bytes, size_t size);
+
 // From the file's header alone; the format by content, never by the name's extension.
 ImageInfo probe_image(const std::string &path);
 
 // channels: 1 or 3, converted to if the file holds the other. Grey from RGB is BT.709 luma of the samples.
 // PNG: every colour type, depth and interlacing; 16 bits are rounded to 8 for an Image, and all others become
 // 16, exactly, for a DeepImage; alpha is dropped, colour under it stays. JPEG: grey, YCbCr, RGB; everything
-// that libjpeg only warns about (above all, truncated files) is an error. OpenEXR: R G B or Y as decode_exr
-// reads them (exr.h), linear light with the primaries of Rec.709 and 1.0 for white, clipped to 0 ... 1 and
-// brought to the sRGB curve (srgb.h); A is dropped. Other chromaticities, NaN and infinities are errors. A
-// LinearImage has the values of an OpenEXR file as they are, and all others by the inverse of the curve, from
-// their 16 bits.
+// that libjpeg only warns about (above all, truncated files) is an error. WebP: lossy and lossless, of 8
+// bits; alpha is dropped, animations are an error. OpenEXR: R G B or Y as decode_exr reads them (exr.h),
+// linear light with the primaries of Rec.709 and 1.0 for white, clipped to 0 ... 1 and brought to the sRGB
+// curve (srgb.h); A is dropped. Other chromaticities, NaN and infinities are errors. A LinearImage has the
+// values of an OpenEXR file as they are, and all others by the inverse of the curve, from their 16 bits.
 template <class SampleType = uint8_t>
 BasicImage<SampleType> read_image(const std::string &path, int channels);
 

@@ -100,7 +100,7 @@ Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits
 // targets without animation. name: also the path in whose folder external buffers lie. Errors name the place
 // as a JSON pointer. Memory for a hostile file stays below 1 GiB and 64 times its size. Texture coordinates
 // (v points down): the set that the base colour of the material names, else the first, with
-// KHR_texture_transform unless that rotates; base colours from unlike images are an error. Colours: COLOR_0
+// KHR_texture_transform; base colours from unlike images are an error. Colours: COLOR_0
 // times the base colour's factor, from linear light to display values.
 Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
                 MeshReport *report = nullptr, bool texture = false, bool normals = false,
@@ -109,8 +109,8 @@ Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limit
 // of a glTF file draws: out of the file, or of a file in its folder or below.
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
 
-// The picture that a mesh file brings, PNG, JPEG or OpenEXR, not decoded: parse_gltf_picture, or the file
-// that parse_obj_materials finds. Error for other formats, and where there is none.
+// The picture that a mesh file brings, PNG, JPEG, WebP or OpenEXR, not decoded: parse_gltf_picture, or the
+// file that parse_obj_materials finds. Error for other formats, and where there is none.
 std::string read_mesh_picture(const std::string &path);
 bool may_bring_picture(const std::string &path); // by its extension: glTF and OBJ
 

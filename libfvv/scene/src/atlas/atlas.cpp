@@ -23,8 +23,19 @@ struct Size {
   uint32_t width, height;
 };
 
+// Of a format that is read.
+std::string load(const FacePicture &picture) {
+  std::string bytes = picture.load();
+  const std::string why =
+      media::why_no_picture(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size());
+  if (!why.empty())
+    throw Error(picture.name + ": " + why + ": convert it, or name another picture (" +
+                option_name("atlas", "FILE") + ")");
+  return bytes;
+}
+
 media::Image decoded(const FacePicture &picture) {
-  const std::string bytes = picture.load();
+  const std::string bytes = load(picture);
   return media::decode_image<uint8_t>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3,
                                       picture.name);
 }
@@ -145,7 +156,7 @@ AtlasLayout lay_out_atlas(const FacePictures &faces, const std::string &name) {
 
 std::string atlas_picture(const FacePictures &faces, const std::string &name) {
   if (!faces.has_picture()) throw Error(name + ": expected faces with a picture, found none");
-  if (faces.pictures.size() == 1) return faces.pictures[0].load();
+  if (faces.pictures.size() == 1) return load(faces.pictures[0]);
   const AtlasLayout layout = lay_out_atlas(faces, name);
   media::Image atlas = media::make_image(layout.width, layout.height, 3, 128);
   for (size_t i = 0; i < faces.pictures.size(); i++) {

@@ -141,6 +141,9 @@ std::string decompress(const Compressed &compressed, std::string_view bytes) {
   return out;
 }
 
+// Of messages about older files.
+constexpr const char *way_to_version_2 = ": gltf-pipeline converts it (gltf-pipeline -i old.gltf -o new.glb)";
+
 constexpr uint32_t glb_version = 2, type_json = 0x4e4f534a, type_bin = 0x004e4942;
 
 // As for other mesh files: a scene at the default limits stays far below.
@@ -212,7 +215,9 @@ void Container::open_glb(std::string_view bytes) {
   constexpr size_t header = 12, chunk_header = 8;
   if (bytes.size() < header) fail_at(file, bytes.size(), "the file ends within the GLB header");
   if (load_u32(data + 4) != glb_version)
-    fail_at(file, 4, "expected GLB version 2, found " + std::to_string(load_u32(data + 4)));
+    fail_at(file, 4,
+            "expected GLB version 2, found " + std::to_string(load_u32(data + 4)) +
+                (load_u32(data + 4) < glb_version ? way_to_version_2 : ""));
   if (load_u32(data + 8) != bytes.size())
     fail_at(file, 8,
             "expected a file of " + std::to_string(load_u32(data + 8)) + " bytes, found " +
@@ -243,8 +248,16 @@ void Container::open_glb(std::string_view bytes) {
 }
 
 void Container::check_version() const {
+  const auto asset_key = root().find("asset");
+  const auto version_key = asset_key ? asset_key->find("version") : std::nullopt;
+  // Before 1.0 a file needed none; until then lists were objects with names as their keys.
+  const auto old = root().find("meshes");
+  if (!version_key && old && old->is_object())
+    root().fail(std::string("expected glTF 2, found an older one without a version") + way_to_version_2);
   const JsonValue asset = root().at("asset"), version = asset.at("version");
-  if (version.text().compare(0, 2, "2.")) version.fail("expected glTF 2, found " + version.found());
+  if (version.text().compare(0, 2, "2."))
+    version.fail("expected glTF 2, found " + version.found() +
+                 (version.text() < std::string("2") ? way_to_version_2 : ""));
   if (const auto least = asset.find("minVersion"); least && least->text() != "2.0")
     least->fail("expected a file that a reader of glTF 2.0 can read, found " + least->found());
 }

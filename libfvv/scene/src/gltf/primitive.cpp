@@ -7,6 +7,7 @@
 #include "scene/src/gltf/scene.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace fvv::scene::gltf {
 
@@ -17,14 +18,35 @@ void read_pair(const JsonValue &transform, const char *key, double (&out)[2]) {
   for (size_t k = 0; pair && k < 2; k++) out[k] = pair->items(2, k).number();
 }
 
-// The extension KHR_texture_transform of Khronos. Sine and cosine differ between machines in their last bit,
-// and atlases are not rotated as a whole: rotations are refused.
+// Cosine and sine by their series: those of libraries differ between machines in their last bit.
+std::array<double, 2> direction_of(double angle) {
+  constexpr double quarter = 1.5707963267948966;
+  const double turns = std::nearbyint(angle / quarter), rest = angle - turns * quarter;
+  std::array<double, 2> out = {};
+  double term = 1;
+  for (int n = 0; n < 20; n++) {
+    out[n % 2] += n / 2 % 2 ? -term : term;
+    term *= rest / (n + 1);
+  }
+  for (double left = turns - 4 * std::floor(turns / 4); left > 0; left--) out = {-out[1], out[0]};
+  return out;
+}
+
+// The extension KHR_texture_transform of Khronos: scale, then rotation, then offset. The rotation is
+// counter-clockwise for who sees v point down, as all viewers have it; the shader in the extension's text
+// turns the other way.
 void read_transform(const JsonValue &transform, BaseColour &out) {
+  double scale[2] = {1, 1};
   read_pair(transform, "offset", out.offset);
-  read_pair(transform, "scale", out.scale);
-  if (const auto rotation = transform.find("rotation"); rotation && rotation->number() != 0)
-    rotation->fail("expected a texture that is not rotated, found " + rotation->found() +
-                   ": bake the rotation into the texture coordinates");
+  read_pair(transform, "scale", scale);
+  double angle = 0;
+  if (const auto rotation = transform.find("rotation")) {
+    angle = rotation->number();
+    constexpr double most = 1e6; // beyond, radians in float32 have no direction
+    if (!(std::abs(angle) <= most)) rotation->fail("expected radians, found " + rotation->found());
+  }
+  const auto [cosine, sine] = direction_of(angle);
+  out.turn = {{{cosine * scale[0], sine * scale[1]}, {-sine * scale[0], cosine * scale[1]}}};
   if (const auto set = transform.find("texCoord")) out.set = set->integer(0, INT32_MAX);
 }
 
@@ -94,7 +116,10 @@ BaseColour read_base_colour(const Container &container, const JsonValue &primiti
 }
 
 void BaseColour::transform(std::vector<double> &texture) const {
-  for (size_t i = 0; i < texture.size(); i++) texture[i] = texture[i] * scale[i % 2] + offset[i % 2];
+  for (size_t i = 0; i + 1 < texture.size(); i += 2) {
+    const double u = texture[i], v = texture[i + 1];
+    for (size_t k = 0; k < 2; k++) texture[i + k] = u * turn[k][0] + v * turn[k][1] + offset[k];
+  }
 }
 
 namespace {
@@ -115,7 +140,7 @@ public:
     }
     if (const auto extensions = json.find("extensions"))
       if (const auto compressed = extensions->find("KHR_draco_mesh_compression"))
-        read_draco(*compressed, mode, normals, texture == Texture::colours);
+        read_draco(*compressed, mode, normals, texture == Texture::colours || texture == Texture::pictures);
     out.positions = numbers("POSITION", attributes.at("POSITION"), Purpose::positions);
     read_triangles(mode);
     if (texture == Texture::colours) read_colours();
@@ -123,7 +148,10 @@ public:
                uses_pairs = texture != Texture::colours;
     if (uses_pairs && texture != Texture::skipped && (!optional || read_base_colour(container, json).image))
       read_texture();
-    if (texture == Texture::pictures) out.texture.resize(2 * out.vertex_count());
+    if (texture == Texture::pictures) {
+      out.texture.resize(2 * out.vertex_count());
+      look_for_tint();
+    }
     if (const auto reference = attributes.find("NORMAL"); normals && reference)
       out.normals = per_vertex("NORMAL", *reference, Purpose::normals, 3);
     read_joints();
@@ -246,6 +274,18 @@ private:
       for (size_t k = 0; k < 3; k++) {
         out.colours.push_back(display_of_light(values[v * width + k] * times[k]));
       }
+  }
+
+  // Colours that a picture, or the one colour of a material, cannot have.
+  void look_for_tint() {
+    read_colours();
+    const bool varies = attributes.find("COLOR_0").has_value();
+    if (out.image)
+      out.is_tinted = std::any_of(out.colours.begin(), out.colours.end(), [](uint8_t c) { return c != 255; });
+    else
+      for (size_t i = 3; varies && i < out.colours.size(); i++)
+        out.is_tinted = out.is_tinted || out.colours[i] != out.colours[i % 3];
+    out.colours.clear();
   }
 
   void read_joints() {

@@ -1,7 +1,10 @@
 // Nodes, skins and the animation of a file.
 
 #include "scene/src/gltf/scene.h"
+#include "fvv_cxx/untrusted.h"
 #include "fvv_scene/file_io.h"
+
+#include <algorithm>
 
 namespace fvv::scene::gltf {
 
@@ -470,6 +473,15 @@ private:
 Scene read_scene(std::string_view bytes, const std::string &path, const AnimationChoice &choice,
                  const fvv_limits &limits, Texture texture, bool normals) {
   return SceneReader(bytes, path, limits, texture, normals).read(choice);
+}
+
+bool has_tinted_pictures(std::string_view bytes, const std::string &path) {
+  const Scene scene = read_scene(bytes, path, NoAnimation{}, limits_or_default(nullptr), Texture::pictures);
+  return std::any_of(scene.drawn.begin(), scene.drawn.end(), [&](uint32_t node) {
+    const std::vector<Primitive> &primitives = scene.meshes[scene.nodes[node].mesh].primitives;
+    return std::any_of(primitives.begin(), primitives.end(),
+                       [](const Primitive &one) { return one.is_tinted; });
+  });
 }
 
 } // namespace fvv::scene::gltf

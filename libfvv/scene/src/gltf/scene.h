@@ -42,6 +42,7 @@ struct Primitive {
   std::optional<int64_t> material;
   std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat}; // of the image
   uint32_t picture = 0;                                    // in Scene::pictures
+  bool is_tinted = false; // of Texture::pictures: it has colours beside its picture
 
   size_t vertex_count() const { return positions.size() / 3; }
 };
@@ -125,11 +126,16 @@ std::optional<JsonValue> colour_texture(const JsonValue &material);
 struct BaseColour {
   std::optional<int64_t> image; // index among images
   std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat};
-  int64_t set = 0;                          // of texture coordinates: TEXCOORD_0, ...
-  double scale[2] = {1, 1}, offset[2] = {}; // of these, by KHR_texture_transform
+  int64_t set = 0; // of texture coordinates: TEXCOORD_0, ...
+  // Of these, by KHR_texture_transform: rows of a matrix, and what is added.
+  std::array<std::array<double, 2>, 2> turn = {{{1, 0}, {0, 1}}};
+  double offset[2] = {};
 
   void transform(std::vector<double> &texture) const;
 };
+// What is drawn has colours of vertices or materials that its pictures are to be multiplied with.
+bool has_tinted_pictures(std::string_view bytes, const std::string &path);
+
 BaseColour read_base_colour(const Container &container, const JsonValue &primitive);
 
 // What a material multiplies its colours with: R G B, linear; none where it says nothing.

@@ -1,6 +1,6 @@
 // JPEG by libjpeg-turbo's TurboJPEG, and the orientation in an Exif segment. The accurate DCT is used both
 // ways: the fast one differs between machines with and without SIMD.
-#include "codecs.h"
+#include "media/src/codecs.h"
 
 #include <turbojpeg.h>
 

@@ -1,6 +1,6 @@
 // PNG by libpng. libpng reports errors by longjmp, so no object with a destructor lives in a function that
 // calls setjmp.
-#include "codecs.h"
+#include "media/src/codecs.h"
 
 #include <png.h>
 #include <zlib.h>
