@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, picture, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
+import, inputs, calibration, clip, codecs, meshonly, serve, picture, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -25,6 +25,7 @@ import view_quality
 import whp235
 from cluster import dask_times
 from house import figures as house_figures
+from inputs import figures as input_figures
 from muxing import Muxing
 from pages import figures as page_figures
 from recordings import calibrate, chain, hull
@@ -211,6 +212,11 @@ def calibration_import():
     if done.returncode != 0:
         sys.exit(f"bench: import failed: {done.stderr.strip()}")
     return {"import.max_error_px": json.loads(done.stdout)["max_error_px"]}
+
+
+def inputs():
+    """Mesh files of packages of PyPI and npm, and self-made ones, through fvvmux and fvvdemux, beside trimesh."""
+    return input_figures.measure(ROOT, BUILD, WORK / "inputs")
 
 
 def studio():
@@ -431,6 +437,7 @@ PARTS = {
     "container": container,
     "sweep": sweep,
     "import": calibration_import,
+    "inputs": inputs,
     "calibration": calibration_moving,
     "clip": clip,
     "codecs": codecs,
