@@ -55,7 +55,7 @@ export interface NetworkPolicy {
   silenceMs?: number;
   /** Until any of these after the event "online". Default 1500. */
   onlineMs?: number;
-  /** The first wait, which doubles up to longestMs. Defaults 250 and 4000. */
+  /** The first wait, which doubles up to longestMs. Defaults 250 and 2500. */
   firstMs?: number;
   longestMs?: number;
   /** A host that sends a longer Retry-After is not waited for. Default 120000. */

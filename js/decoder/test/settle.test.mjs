@@ -7,6 +7,7 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
+import { GroupPrefetcher } from "../dist/sources/group_prefetcher.js";
 import { makeClips, tool } from "./native.mjs";
 
 const ORDERS = Number(process.env.FVV_ORDERS ?? 30);
@@ -190,3 +191,20 @@ for (const [name, options] of [
     for (let seed = 1; seed <= ORDERS; seed++) ends[await session(options, seed)]++;
     assert.ok(ends.closed > ORDERS / 2 && ends.aborted > 0, JSON.stringify(ends));
   });
+
+test("a group that is planned while another run begins is not that run's", async () => {
+  const planned = [];
+  const plans = () => new Promise((resolve) => planned.push(() => resolve([{ rung: 0, size: 1 }])));
+  const fetcher = { bytesRead: 0, plans, fetch: async function* () {} };
+  const ladder = { chooser: { target: 1, measured() {} }, wish: () => 0, seconds: Number };
+  const prefetcher = new GroupPrefetcher(fetcher, [{ start: 0n, end: 1n }], ladder, () => null);
+  prefetcher.start(0);
+  prefetcher.start(0);
+  const [former, latter] = planned;
+  latter();
+  former();
+  await new Promise((resolve) => setImmediate(resolve));
+  const pending = await prefetcher.take(0);
+  for await (const _ of prefetcher.arrivals(pending));
+  assert.equal(pending.error, null);
+});

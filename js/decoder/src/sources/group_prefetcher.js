@@ -224,6 +224,8 @@ export class GroupPrefetcher {
 
   /** false: it was abandoned, as late(missing bits, throughput) said. */
   async #load(i, plan, signal, late) {
+    // Stopped while it was planned: the group may be another run's by now.
+    if (signal.aborted) return true;
     const pending = new PendingGroup(plan);
     const unregister = onAbort(signal, () => pending.drop());
     this.#pending.set(i, pending);

@@ -25,7 +25,7 @@ export const POLICY = Object.freeze({
   /** The wait before the second retry, which doubles up to longestMs; half of it is random. The first retry is immediate if
    * there was no response: a host may close a connection that was not used for some seconds as it is used again. */
   firstMs: 250,
-  longestMs: 4000,
+  longestMs: 2500,
   /** A host that sends a longer Retry-After is not waited for. */
   retryAfterMaxMs: 120000,
   /** Without a byte for so long, the error is fatal; while the browser is offline the time does not run. */

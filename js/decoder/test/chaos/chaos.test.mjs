@@ -5,8 +5,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { faultsOf, makeFilms, simulate } from "./simulate.mjs";
-import { Figures, HANG_MS, PROMPT_MS } from "./viewer.mjs";
+import { faultsOf, Figures, HANG_MS, PROMPT_MS } from "../../../testing/chaos/figures.mjs";
+import { makeFilms, simulate } from "./simulate.mjs";
 
 const minutes = Number(process.env.FVV_CHAOS_MINUTES ?? 1.5);
 const seed = Number(process.env.FVV_CHAOS_SEED ?? 1);

@@ -9,15 +9,14 @@ import { parseArgs } from "node:util";
 import { createDecoder } from "../../dist/index.js";
 import { frameHashes, makeClips, nativeFrames, tool } from "../native.mjs";
 import { messagesOf } from "../server.mjs";
-import { Clock, randomOf } from "./clock.mjs";
-import { anyFault, Host } from "./host.mjs";
-import { anyLiveFault, LiveServer } from "./live_server.mjs";
-import { Figures, watchFilm, watchLive } from "./viewer.mjs";
+import { Clock, randomOf } from "../../../testing/chaos/clock.mjs";
+import { faultsOf, Figures } from "../../../testing/chaos/figures.mjs";
+import { anyFault, Host, misfortune } from "../../../testing/chaos/host.mjs";
+import { anyLiveFault, LiveServer } from "../../../testing/chaos/live_server.mjs";
+import { watchFilm, watchLive } from "./viewer.mjs";
 
 /** Milliseconds of a film before another one begins. */
 const SESSION = [10000, 60000];
-/** Milliseconds without a fault. */
-const PEACE = [1000, 12000];
 
 /** The frames of each rung, as the undamaged file has them. */
 async function framesOf(bytes) {
@@ -30,22 +29,6 @@ async function framesOf(bytes) {
     decoder.close();
     rungs.push(frames);
     if (rung + 1 >= length) return rungs;
-  }
-}
-
-/** Faults one after the other, with peace between them, until the signal is aborted. */
-async function misfortune({ clock, host, random, figures }, choose, victim, signal) {
-  while (!signal.aborted) {
-    await clock.wait(random.between(...PEACE));
-    const fault = choose(random, clock.now);
-    figures.note(fault);
-    host.begin(fault);
-    victim?.begin(fault);
-    await clock.wait(fault.until - clock.now);
-    host.finish();
-    host.last = fault;
-    host.ended = clock.now;
-    victim?.finish(fault);
   }
 }
 
@@ -91,25 +74,49 @@ async function live(world, { minutes, file }) {
   figures.requests = host.requests;
 }
 
-/** {clips, folder, done}: the films, one of them as segments. */
+/** What replaces films: other meshes and pictures of the same captures. */
+const REPLACEMENTS = {
+  delta: ["tracked", "--group", "3", "--quality", "30dB", "--triangles", "2000", "--no-environment"],
+  ladder: ["slow", "--group", "1", "--quality", "30dB", "--ladder", "1,0.5,0.25", "--crop", "none", "--no-environment"],
+};
+
+/** {clips, others, folder, done}: the films, what replaces some of them, and one as segments. */
 export function makeFilms() {
   const { clips, done } = makeClips("ladder", "delta", "tracks");
-  const folder = join(clips.ladder, "..", "chaos-segments");
+  const home = join(clips.ladder, "..");
+  const folder = join(home, "chaos-segments");
   tool("fvvmux", clips.ladder, "--segments", folder);
-  return { clips, folder, done };
+  const others = {};
+  for (const [name, [capture, ...options]] of Object.entries(REPLACEMENTS)) {
+    others[name] = join(home, `${name}-replaced.fvv`);
+    tool("fvvmux", join(home, capture), "-o", others[name], ...options);
+  }
+  return { clips, others, folder, done };
 }
 
+const bytesOf = (paths) => Object.fromEntries(Object.entries(paths).map(([name, path]) => [name, readFileSync(path)]));
+
 /** Returns {film, live}: Figures. */
-export async function simulate({ minutes, seed, made: { clips, folder } }) {
-  const files = Object.fromEntries(Object.entries(clips).map(([name, path]) => [name, readFileSync(path)]));
+export async function simulate({ minutes, seed, made: { clips, others, folder } }) {
+  const files = bytesOf(clips);
+  const replacements = bytesOf(others);
   const expected = {};
-  for (const [name, bytes] of Object.entries(files)) expected[name] = await framesOf(bytes);
+  for (const [name, bytes] of Object.entries(files)) {
+    expected[name] = await framesOf(bytes);
+    if (replacements[name]) expected[name].push(...(await framesOf(replacements[name])));
+  }
+  // Segments of another stream have names of their own.
+  const read = (path, version) => {
+    const [first, ...rest] = path.split("/");
+    if (first === "segments") return readFileSync(join(folder, ...rest));
+    return (version % 2 && replacements[rest[0]]) || files[rest[0]];
+  };
   nativeFrames(clips.delta);
   const results = {};
   for (const part of ["film", "live"]) {
     const clock = new Clock();
     const random = randomOf(seed);
-    const host = new Host(clock, random, { files, folder });
+    const host = new Host(clock, random, read);
     const figures = (results[part] = new Figures());
     const world = { clock, host, random, figures };
     try {
@@ -122,16 +129,6 @@ export async function simulate({ minutes, seed, made: { clips, folder } }) {
   }
   return results;
 }
-
-/** What is wrong, as text; empty: nothing is. */
-export const faultsOf = ({ hangs, wrong, lost, errors, late }) =>
-  [
-    hangs && `${hangs} hangs`,
-    wrong && `${wrong} wrong frames`,
-    lost && `${lost} positions lost`,
-    ...errors,
-    ...late.map(({ kind, milliseconds }) => `${kind}: playing again after ${Math.round(milliseconds)} ms`),
-  ].filter(Boolean);
 
 if (process.argv[1] === import.meta.filename) {
   const { values } = parseArgs({ options: { minutes: { type: "string" }, seed: { type: "string" } } });

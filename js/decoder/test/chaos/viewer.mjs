@@ -3,61 +3,9 @@
 
 import { createDecoder } from "../../dist/index.js";
 import { frameHashes } from "../native.mjs";
-
-/** Milliseconds without a frame after the end of a fault that count as a hang: three times what any retry or time-out takes. */
-export const HANG_MS = 45000;
-/** After the event "online", and after the time that Retry-After names. */
-export const PROMPT_MS = 3000;
+import { HANG_MS } from "../../../testing/chaos/figures.mjs";
 
 const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
-
-export class Figures {
-  frames = 0;
-  hangs = 0;
-  wrong = 0;
-  lost = 0; // positions that were not kept
-  errors = [];
-  sessions = 0;
-  refused = 0; // openings that failed while a fault lasted
-  faults = {};
-  recoveries = []; // {kind, milliseconds}
-
-  note(fault) {
-    const name = fault.kind === "status" ? `status${fault.retryAfter ? " with Retry-After" : ""}` : fault.kind;
-    this.faults[name] = (this.faults[name] ?? 0) + 1;
-  }
-  recovered(fault, milliseconds) {
-    this.recoveries.push({
-      kind: fault.kind,
-      isPrompt: fault.kind === "offline" || Boolean(fault.retryAfter),
-      milliseconds,
-    });
-  }
-  get late() {
-    return this.recoveries.filter(({ isPrompt, milliseconds }) => isPrompt && milliseconds > PROMPT_MS);
-  }
-  /** The 95th of a hundred recoveries, in seconds. */
-  get p95() {
-    const sorted = this.recoveries.map(({ milliseconds }) => milliseconds).sort((a, b) => a - b);
-    return (sorted[Math.ceil(0.95 * sorted.length) - 1] ?? 0) / 1000;
-  }
-  toJSON() {
-    const { frames, hangs, wrong, lost, errors, sessions, refused, faults, late, p95 } = this;
-    return {
-      frames,
-      sessions,
-      refused,
-      hangs,
-      wrong,
-      lost,
-      errors,
-      late,
-      recoveries: this.recoveries.length,
-      p95,
-      faults,
-    };
-  }
-}
 
 /** Throws "hang" when the promise has not settled HANG_MS after the last fault. */
 async function orHang(promise, { clock, host }) {
@@ -97,8 +45,11 @@ export async function watchFilm(source, { duration, frameCount, expected, second
     else figures.errors.push(`opening ${source}: ${decoder.message}`);
     return;
   }
+  let wasReplaced = false;
   decoder.addEventListener("warning", ({ detail }) => {
-    if (!["no-range", "io"].includes(detail.code)) figures.errors.push(`${source}: ${detail.code}: ${detail.message}`);
+    if (detail.code === "changed") wasReplaced = true;
+    else if (!["no-range", "io"].includes(detail.code))
+      figures.errors.push(`${source}: ${detail.code}: ${detail.message}`);
   });
   let next = 0;
   let due = clock.now;
@@ -112,7 +63,9 @@ export async function watchFilm(source, { duration, frameCount, expected, second
         if (fault && !host.fault && host.ended > asked && waited > 100)
           figures.recovered(fault, clock.now - Math.max(host.ended, fault.allowed ?? 0));
         figures.frames++;
-        if (frame.number !== next) figures.lost++;
+        // A file that was replaced goes on with the time of the last frame.
+        if (frame.number !== next && !(wasReplaced && frame.number === next - 1)) figures.lost++;
+        wasReplaced = false;
         const found = frameHashes(frame);
         if (!expected(frame).some((good) => same(good, found))) figures.wrong++;
         frame.close();
