@@ -114,9 +114,9 @@ def table(found):
     return "\n".join(lines)
 
 
-def write(text):
+def write(text, part="dependencies"):
     page = PAGE.read_text()
-    begin, end = "<!-- dependencies -->\n", "<!-- end of dependencies -->"
+    begin, end = f"<!-- {part} -->\n", f"<!-- end of {part} -->"
     head, _, rest = page.partition(begin)
     PAGE.write_text(f"{head}{begin}\n{text}\n\n{end}{rest.partition(end)[2]}")
 
