@@ -23,9 +23,9 @@ namespace {
 // The groups of the file repeated as one long stream.
 Bytes long_stream(Bytes &source, size_t wanted) {
   fvv_diagnostic d{};
-  fvv_file *file = nullptr;
+  fvv_stream *file = nullptr;
   const fvv_input input = input_of(source);
-  require(fvv_file_open(&input, nullptr, nullptr, &file, &d), d);
+  require(fvv_stream_open(&input, nullptr, nullptr, &file, &d), d);
   Bytes out;
   const fvv_output output = {[](void *user, const void *data, size_t size) -> fvv_status {
                                auto *bytes = static_cast<Bytes *>(user);
@@ -39,22 +39,22 @@ Bytes long_stream(Bytes &source, size_t wanted) {
   const fvv_chunk_info *chunks = nullptr;
   size_t count = 0;
   const uint8_t *payload = nullptr;
-  require(fvv_file_configuration(file, 0, &chunks, &count, &d), d);
+  require(fvv_stream_configuration_chunks(file, 0, &chunks, &count, &d), d);
   for (size_t c = 0; c < count; c++) {
-    require(fvv_file_read_chunk(file, &chunks[c], &payload, &d), d);
+    require(fvv_stream_read_chunk(file, &chunks[c], &payload, &d), d);
     require(fvv_writer_configuration(writer, chunks[c].type, chunks[c].track, chunks[c].flags, payload,
                                      size_t(chunks[c].size), &d),
             d);
   }
   for (int64_t shift = 0; out.size() < wanted;) {
     int64_t end = 0;
-    for (size_t g = 0; g < fvv_file_group_count(file) && out.size() < wanted; g++) {
-      const fvv_group_info *group = fvv_file_group(file, g);
+    for (size_t g = 0; g < fvv_stream_group_count(file) && out.size() < wanted; g++) {
+      const fvv_group_info *group = fvv_stream_group(file, g);
       end = shift + group->end;
       require(fvv_writer_begin_group(writer, shift + group->start, end, &d), d);
-      require(fvv_file_group_chunks(file, g, &chunks, &count, &d), d);
+      require(fvv_stream_group_chunks(file, g, &chunks, &count, &d), d);
       for (size_t c = 0; c < count; c++) {
-        require(fvv_file_read_chunk(file, &chunks[c], &payload, &d), d);
+        require(fvv_stream_read_chunk(file, &chunks[c], &payload, &d), d);
         require(fvv_writer_chunk(writer, chunks[c].type, chunks[c].track, chunks[c].flags,
                                  shift + chunks[c].time, payload, size_t(chunks[c].size), &d),
                 d);
@@ -65,7 +65,7 @@ Bytes long_stream(Bytes &source, size_t wanted) {
   }
   require(fvv_writer_finish(writer, &d), d);
   fvv_writer_destroy(writer);
-  fvv_file_close(file);
+  fvv_stream_close(file);
   return out;
 }
 

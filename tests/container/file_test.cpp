@@ -1,6 +1,10 @@
 // Random access: through the index, and without it.
 #include "container_fixture.h"
 
+extern "C" {
+#include "container/file.h"
+}
+
 #include <algorithm>
 
 namespace {

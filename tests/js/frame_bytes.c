@@ -129,7 +129,7 @@ static void put_environment(const fvv_environment *environment) {
 }
 
 static int put_environments(fvv_stream *stream) {
-  const size_t groups = fvv_file_group_count(fvv_stream_file(stream));
+  const size_t groups = fvv_stream_group_count(stream);
   const fvv_configuration *configuration;
   if (!groups || fvv_stream_configuration(stream, groups - 1, &configuration, NULL) != FVV_OK) return 1;
   for (size_t i = 0; i < configuration->track_count; i++) {

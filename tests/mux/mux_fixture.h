@@ -227,7 +227,6 @@ public:
   ~Stream() { fvv_stream_close(stream); }
   Stream(const Stream &) = delete;
   size_t frames() const { return fvv_stream_frame_count(stream); }
-  const fvv_file *index() const { return fvv_stream_file(stream); }
   fvv_stream *handle() { return stream; }
   const fvv_configuration &configuration() {
     const fvv_configuration *found = nullptr;

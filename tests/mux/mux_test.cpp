@@ -63,9 +63,9 @@ TEST_CASE("a stream holds what the capture holds") {
   CHECK(summary.bytes == fs::file_size(options.output));
   Stream stream(options.output);
   REQUIRE(stream.frames() == 5);
-  REQUIRE(fvv_file_index_state(stream.index()) == FVV_INDEX_PRESENT);
-  REQUIRE(fvv_file_group_count(stream.index()) == 3);
-  const fvv_group_info *last = fvv_file_group(stream.index(), 2);
+  REQUIRE(fvv_stream_index_state(stream.handle()) == FVV_INDEX_PRESENT);
+  REQUIRE(fvv_stream_group_count(stream.handle()) == 3);
+  const fvv_group_info *last = fvv_stream_group(stream.handle(), 2);
   CHECK((last->start == 4 && last->end == 5));
   const fvv_configuration &configuration = stream.configuration();
   const fvv_scene &scene = configuration.scene;
@@ -107,15 +107,15 @@ TEST_CASE("within a frame the mesh comes first, and every group begins with key 
   mux_file(options);
   const InputFile file(options.output);
   const fvv_input input = file.input();
-  fvv_file *opened = nullptr;
-  REQUIRE(fvv_file_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
+  fvv_stream *opened = nullptr;
+  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
   int64_t frame = 0;
   std::set<uint64_t> configurations;
-  for (size_t g = 0; g < fvv_file_group_count(opened); g++) {
-    configurations.insert(fvv_file_group(opened, g)->configuration_offset);
+  for (size_t g = 0; g < fvv_stream_group_count(opened); g++) {
+    configurations.insert(fvv_stream_group(opened, g)->configuration_offset);
     const fvv_chunk_info *chunks = nullptr;
     size_t count = 0;
-    REQUIRE(fvv_file_group_chunks(opened, g, &chunks, &count, nullptr) == FVV_OK);
+    REQUIRE(fvv_stream_group_chunks(opened, g, &chunks, &count, nullptr) == FVV_OK);
     for (size_t c = 0; c < count; frame++) {
       const bool first = c == 0;
       CHECK((chunks[c].type == FVV_CHUNK_MESH && chunks[c].track == 1 && chunks[c].time == frame));
@@ -130,7 +130,7 @@ TEST_CASE("within a frame the mesh comes first, and every group begins with key 
       c++;
     }
   }
-  fvv_file_close(opened);
+  fvv_stream_close(opened);
   CHECK(frame == 5);
   CHECK(configurations.size() == 3); // one before each group
 }
@@ -245,8 +245,8 @@ TEST_CASE("meshes alone, pictures alone, cameras without pictures, 29.97 Hz") {
     CHECK(stream.configuration().camera_count == 3);
     CHECK(stream.configuration().scene.time_base.numerator == 1001);
     CHECK(stream.configuration().scene.time_base.denominator == 30000);
-    REQUIRE(fvv_file_group_count(stream.index()) == 2);
-    CHECK(fvv_file_group(stream.index(), 0)->end == 30); // one second, rounded
+    REQUIRE(fvv_stream_group_count(stream.handle()) == 2);
+    CHECK(fvv_stream_group(stream.handle(), 0)->end == 30); // one second, rounded
   }
   options.pictures = true;
   options.meshes = false;
@@ -295,8 +295,8 @@ TEST_CASE("a live stream has no index, and readers make one") {
   const mux::Report summary = mux_file(options);
   CHECK(summary.verdict->meshes == 5);
   Stream stream(options.output);
-  CHECK(fvv_file_index_state(stream.index()) == FVV_INDEX_REBUILT);
-  CHECK(fvv_file_damage_count(stream.index()) == 0);
+  CHECK(fvv_stream_index_state(stream.handle()) == FVV_INDEX_REBUILT);
+  CHECK(fvv_stream_damage_count(stream.handle()) == 0);
   CHECK(stream.frames() == 5);
   options.live = false;
   CHECK(mux_file(options).bytes > summary.bytes);

@@ -226,7 +226,7 @@ TEST_CASE("a group whose configuration block is lost has that of a repetition, o
     bytes.erase(std::search(bytes.begin(), bytes.end(), scene, scene + 4));
     Opened opened(bytes);
     REQUIRE(opened.status == FVV_OK);
-    REQUIRE(fvv_file_group(fvv_stream_file(opened.stream), 0)->configuration_offset == 0);
+    REQUIRE(fvv_stream_group(opened.stream, 0)->configuration_offset == 0);
     const fvv_configuration *configuration = nullptr;
     fvv_diagnostic diagnostic = {};
     const fvv_status status = fvv_stream_configuration(opened.stream, 0, &configuration, &diagnostic);

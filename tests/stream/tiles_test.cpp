@@ -316,10 +316,10 @@ TEST_CASE("where a layout may have been lost, the configuration's is not used") 
         const Opened file(bad);
         REQUIRE(file.status == FVV_OK);
         size_t wrong = 0;
-        for (size_t group = 0; group < fvv_file_group_count(fvv_stream_file(file.stream)); group++) {
+        for (size_t group = 0; group < fvv_stream_group_count(file.stream); group++) {
           const auto status = ask(file.stream, group).first;
           if (status == FVV_OK)
-            expect_group(file.stream, int(fvv_file_group(fvv_stream_file(file.stream), group)->sequence));
+            expect_group(file.stream, int(fvv_stream_group(file.stream, group)->sequence));
           else
             wrong++;
         }

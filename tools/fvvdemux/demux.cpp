@@ -162,15 +162,15 @@ void describe_motion(const fvv_configuration &configuration, const Options &opti
 }
 
 std::vector<int64_t> places_of(fvv_stream *stream, int64_t &end) {
-  const fvv_file *file = fvv_stream_file(stream);
-  const size_t groups = fvv_file_group_count(file), count = fvv_stream_frame_count(stream);
+  const size_t groups = fvv_stream_group_count(stream), count = fvv_stream_frame_count(stream);
   const fvv_configuration *configuration = nullptr;
-  if (!count || fvv_file_index_state(file) != FVV_INDEX_PRESENT || fvv_file_group(file, 0)->sequence ||
+  if (!count || fvv_stream_index_state(stream) != FVV_INDEX_PRESENT ||
+      fvv_stream_group(stream, 0)->sequence ||
       fvv_stream_configuration(stream, 0, &configuration, nullptr) != FVV_OK)
     return {};
   const auto duration = uint64_t(configuration->scene.frame_duration),
-             start = uint64_t(fvv_file_group(file, 0)->start);
-  const uint64_t span = uint64_t(fvv_file_group(file, groups - 1)->end) - start;
+             start = uint64_t(fvv_stream_group(stream, 0)->start);
+  const uint64_t span = uint64_t(fvv_stream_group(stream, groups - 1)->end) - start;
   if (span % duration || span / duration <= count || span / duration > uint64_t(INT32_MAX)) return {};
   std::vector<int64_t> places;
   for (size_t i = 0; i < count; i++) {
@@ -294,10 +294,9 @@ void check_cameras(const fvv_configuration &configuration, const Selection &came
 
 // The first configuration that can be read. It gives the file numbers for any selection of frames.
 const fvv_configuration *first_configuration(fvv_stream *stream) {
-  const fvv_file *file = fvv_stream_file(stream);
   uint64_t tried = 0;
-  for (size_t g = 0; g < fvv_file_group_count(file); g++) {
-    const uint64_t offset = fvv_file_group(file, g)->configuration_offset;
+  for (size_t g = 0; g < fvv_stream_group_count(stream); g++) {
+    const uint64_t offset = fvv_stream_group(stream, g)->configuration_offset;
     const fvv_configuration *configuration;
     if (offset == tried) continue;
     if (fvv_stream_configuration(stream, g, &configuration, nullptr) == FVV_OK) return configuration;
@@ -313,7 +312,7 @@ uint32_t threads_within_memory(fvv_stream *stream, const std::string &name, cons
   uint64_t most = 1, last = 0;
   for (const GroupPlan &group : plan.groups) {
     const fvv_configuration *configuration;
-    const uint64_t offset = fvv_file_group(fvv_stream_file(stream), group.group)->configuration_offset;
+    const uint64_t offset = fvv_stream_group(stream, group.group)->configuration_offset;
     if (offset == last || fvv_stream_configuration(stream, group.group, &configuration, nullptr) != FVV_OK)
       continue;
     last = offset;
@@ -443,9 +442,8 @@ private:
 
   // What the index shows as whole and is not, such as a configuration block that a repetition replaces.
   void note_damage(const fvv_stream *one) {
-    const fvv_file *opened = fvv_stream_file(one);
-    for (size_t i = 0; !plan.rebuilt && i < fvv_file_damage_count(opened); i++)
-      damage.emplace(fvv_file_damage(opened, i)->offset, text_of(*fvv_file_damage(opened, i)));
+    for (size_t i = 0; !plan.rebuilt && i < fvv_stream_damage_count(one); i++)
+      damage.emplace(fvv_stream_damage(one, i)->offset, text_of(*fvv_stream_damage(one, i)));
   }
 
   std::optional<scene::Capture> capture_of(std::string &reason) {
@@ -454,7 +452,7 @@ private:
     fvv_scene scene = {};
     uint64_t seen = 0;
     for (const size_t group : used) {
-      const uint64_t offset = fvv_file_group(fvv_stream_file(stream.get()), group)->configuration_offset;
+      const uint64_t offset = fvv_stream_group(stream.get(), group)->configuration_offset;
       if (offset == seen) continue;
       seen = offset;
       const fvv_configuration *configuration;

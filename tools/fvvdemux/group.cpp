@@ -109,7 +109,7 @@ public:
     }
     if (!why.empty()) return why;
     const bool empty = mesh_track && !has_mesh && !has_valid_mesh(frame);
-    const int64_t end = fvv_file_group(fvv_stream_file(stream), info.group)->end;
+    const int64_t end = fvv_stream_group(stream, info.group)->end;
     out = {number, info.time, end, has_mesh, empty, mesh.texture_bits, has_mesh == (mesh_track && !empty),
            {}};
     for (const uint16_t id : moving) {
@@ -238,12 +238,11 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
   // Reading the first frame loads the group's table, and only then it is known whether that is valid.
   fvv_frame first;
   fvv_diagnostic diagnostic = {};
-  const fvv_file *file = fvv_stream_file(stream);
-  const fvv_status loaded = fvv_file_group(file, plan.group)->frame_count
+  const fvv_status loaded = fvv_stream_group(stream, plan.group)->frame_count
                                 ? fvv_stream_frame(stream, plan.frame, &first, &diagnostic)
                                 : FVV_OK;
   if (loaded < 0 && loaded > FVV_ERROR_DAMAGED) fvv::check(loaded, "memory or input", diagnostic);
-  const fvv_group_info &group = *fvv_file_group(file, plan.group);
+  const fvv_group_info &group = *fvv_stream_group(stream, plan.group);
   const fvv_configuration *configuration = nullptr;
   const auto lose_all = [&](fvv_status status) {
     for (const auto &range : chosen)

@@ -196,7 +196,7 @@ Stream::Stream(const py::object &object, const std::string &name, size_t the_run
     plan = demux::make_plan(opened, source.file(), demux::Selection(), survey);
     size_t begin = 0;
     for (const demux::GroupPlan &group : plan.groups) {
-      const size_t count = fvv_file_group(fvv_stream_file(opened), group.group)->frame_count;
+      const size_t count = fvv_stream_group(opened, group.group)->frame_count;
       if (count) places.push_back({begin, count, group});
       begin += count;
     }
@@ -240,7 +240,7 @@ Stream::Located Stream::locate(size_t i) {
   fvv_diagnostic diagnostic = {};
   call(fvv_stream_frame(stream.get(), place.plan.frame + inside, &info, &diagnostic), diagnostic);
   // Only now it is known whether the group's table is valid.
-  const fvv_group_info &group = *fvv_file_group(fvv_stream_file(stream.get()), place.plan.group);
+  const fvv_group_info &group = *fvv_stream_group(stream.get(), place.plan.group);
   if (!place.plan.complete || !group.intact) {
     const demux::Survey::Group found = survey.group(group.offset);
     if (inside >= found.whole) {
@@ -282,7 +282,7 @@ size_t Stream::at(int64_t ticks) {
       return info.time;
     };
     const auto start = [&](const Place &place) {
-      return fvv_file_group(fvv_stream_file(stream.get()), place.plan.group)->start;
+      return fvv_stream_group(stream.get(), place.plan.group)->start;
     };
     size_t low = 0, high = places.size(); // places before low begin no later
     while (low < high) {
@@ -310,10 +310,9 @@ size_t Stream::at(int64_t ticks) {
 
 py::tuple Stream::span() {
   const auto [start, end] = run([&] {
-    const fvv_file *file = fvv_stream_file(stream.get());
     if (places.empty()) return std::pair<int64_t, int64_t>(0, 0);
-    return std::pair(fvv_file_group(file, places.front().plan.group)->start,
-                     fvv_file_group(file, places.back().plan.group)->end);
+    return std::pair(fvv_stream_group(stream.get(), places.front().plan.group)->start,
+                     fvv_stream_group(stream.get(), places.back().plan.group)->end);
   });
   return py::make_tuple(start, end);
 }
@@ -324,7 +323,7 @@ py::dict Stream::configuration(std::optional<size_t> group) {
     if (group) {
       found = &configuration_of(*group);
     } else {
-      const size_t count = fvv_file_group_count(fvv_stream_file(stream.get()));
+      const size_t count = fvv_stream_group_count(stream.get());
       for (size_t g = 0; g < count && !found; g++)
         if (g + 1 == count || fvv_stream_configuration(stream.get(), g, &found, nullptr) != FVV_OK)
           found = g + 1 == count ? &configuration_of(g) : nullptr;
@@ -338,7 +337,7 @@ py::dict Stream::configuration(std::optional<size_t> group) {
 
 uint64_t Stream::configuration_offset(size_t group) {
   return run([&] {
-    const fvv_group_info *info = fvv_file_group(fvv_stream_file(stream.get()), group);
+    const fvv_group_info *info = fvv_stream_group(stream.get(), group);
     if (!info) throw Failure(FVV_ERROR_ARGUMENT, "there is no such group", source.name());
     return info->configuration_offset;
   });
@@ -438,7 +437,7 @@ std::shared_ptr<Picture> Stream::picture(size_t i, uint16_t camera) {
     const fvv_configuration &configuration = configuration_of(found.group);
     const auto tracks = demux::views_of(configuration, rung, demux::Selection(), nullptr);
     check_video(tracks, limits, source.name());
-    const uint64_t block = fvv_file_group(fvv_stream_file(stream.get()), found.group)->configuration_offset;
+    const uint64_t block = fvv_stream_group(stream.get(), found.group)->configuration_offset;
     if (block != video_configuration) videos.clear();
     video_configuration = block;
     for (const demux::VideoViews &track : tracks)
@@ -487,19 +486,18 @@ py::object Stream::environment(size_t i) {
 std::vector<std::shared_ptr<Sound>> Stream::sounds() {
   return run([&] {
     std::vector<std::shared_ptr<Sound>> out;
-    const fvv_file *file = fvv_stream_file(stream.get());
     sound_losses.clear();
     for (size_t first = 0, last; first < places.size(); first = last + 1) {
       const auto group = [&](size_t place) { return places[place].plan.group; };
       const auto block = [&](size_t place) {
-        return fvv_file_group(file, group(place))->configuration_offset;
+        return fvv_stream_group(stream.get(), group(place))->configuration_offset;
       };
       last = first;
       while (last + 1 < places.size() && block(last + 1) == block(first)) last++;
       const fvv_configuration *configuration = nullptr;
       if (fvv_stream_configuration(stream.get(), group(first), &configuration, nullptr) != FVV_OK) continue;
       const fvv_rational base = configuration->scene.time_base;
-      const int64_t start = fvv_file_group(file, group(first))->start;
+      const int64_t start = fvv_stream_group(stream.get(), group(first))->start;
       demux::UnpackedSounds unpacked =
           demux::unpack_sounds(source.file(), group(first), group(last), &limits.core);
       sound_losses.insert(sound_losses.end(), unpacked.losses.begin(), unpacked.losses.end());
@@ -527,15 +525,14 @@ py::list Stream::problems() {
   const std::string &name = source.name();
   const Found found = run([&] {
     Found all;
-    const fvv_file *file = fvv_stream_file(stream.get());
-    for (size_t k = 0; k < fvv_file_damage_count(file); k++)
-      all.diagnostics.push_back(*fvv_file_damage(file, k));
+    for (size_t k = 0; k < fvv_stream_damage_count(stream.get()); k++)
+      all.diagnostics.push_back(*fvv_stream_damage(stream.get(), k));
     for (const fvv_diagnostic &one : met)
       if (std::none_of(all.diagnostics.begin(), all.diagnostics.end(), [&](const fvv_diagnostic &other) {
             return other.offset == one.offset && !std::strcmp(other.message, one.message);
           }))
         all.diagnostics.push_back(one);
-    if (plan.rebuilt && !fvv_file_damage_count(file))
+    if (plan.rebuilt && !fvv_stream_damage_count(stream.get()))
       all.texts.push_back("no footer: the stream is live or truncated");
     for (const demux::Loss &loss : plan.losses)
       all.texts.push_back((loss.first == loss.last ? "frame " + std::to_string(loss.first) + " is lost: "
@@ -559,11 +556,11 @@ py::array Stream::chunks(std::optional<size_t> wanted) {
     std::vector<ChunkRow> out;
     // A handle of its own: that of the stream is not to be used beside it.
     const fvv_input input = source.file().input();
-    fvv_file *opened = nullptr;
+    fvv_stream *opened = nullptr;
     fvv_diagnostic diagnostic = {};
-    call(fvv_file_open(&input, &limits.core, nullptr, &opened, &diagnostic), diagnostic);
-    const std::unique_ptr<fvv_file, void (*)(fvv_file *)> file(opened, fvv_file_close);
-    const size_t count = fvv_file_group_count(opened);
+    call(fvv_stream_open(&input, &limits.core, nullptr, &opened, &diagnostic), diagnostic);
+    const std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> file(opened, fvv_stream_close);
+    const size_t count = fvv_stream_group_count(opened);
     if (wanted && *wanted >= count)
       throw Failure(FVV_ERROR_ARGUMENT, "group " + std::to_string(*wanted) + " of " + std::to_string(count),
                     source.name());
@@ -571,7 +568,7 @@ py::array Stream::chunks(std::optional<size_t> wanted) {
       const fvv_chunk_info *chunks = nullptr;
       size_t chunk_count = 0;
       diagnostic = {};
-      const fvv_status status = fvv_file_group_chunks(opened, group, &chunks, &chunk_count, &diagnostic);
+      const fvv_status status = fvv_stream_group_chunks(opened, group, &chunks, &chunk_count, &diagnostic);
       if (!wanted && status <= FVV_ERROR_DAMAGED && status > FVV_ERROR_BUG) {
         meet(diagnostic);
         continue;
@@ -590,7 +587,7 @@ py::array Stream::chunks(std::optional<size_t> wanted) {
         out.push_back(row);
       }
     }
-    for (size_t k = 0; k < fvv_file_damage_count(opened); k++) meet(*fvv_file_damage(opened, k));
+    for (size_t k = 0; k < fvv_stream_damage_count(opened); k++) meet(*fvv_stream_damage(opened, k));
     return out;
   });
   return py::array_t<ChunkRow>(py::ssize_t(rows.size()), rows.data());

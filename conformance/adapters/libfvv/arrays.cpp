@@ -196,13 +196,12 @@ void take_packets(Sound &sound, const fvv_audio_chunk &chunk, const std::vector<
 // What is taken is removed from offsets: a group that only a wrong index lists may overlap with another.
 void take_sound_of_group(fvv_stream *stream, size_t group, std::set<uint64_t> &offsets,
                          std::map<uint16_t, Sound> &tracks) {
-  // Reading damage that is met in tables does not change what the handle points to.
-  fvv_file *file = const_cast<fvv_file *>(fvv_stream_file(stream));
   const fvv_configuration *configuration;
   const fvv_chunk_info *chunks;
   size_t count;
   if (fvv_stream_configuration(stream, group, &configuration, nullptr) != FVV_OK) return;
-  if (!configuration->sound_count || fvv_file_group_chunks(file, group, &chunks, &count, nullptr) != FVV_OK)
+  if (!configuration->sound_count ||
+      fvv_stream_group_chunks(stream, group, &chunks, &count, nullptr) != FVV_OK)
     return;
   std::map<uint16_t, fvv_audio_place> places;
   std::map<uint16_t, bool> lost; // what follows a wrong chunk in its group cannot be placed
@@ -213,13 +212,13 @@ void take_sound_of_group(fvv_stream *stream, size_t group, std::set<uint64_t> &o
     const uint8_t *payload;
     fvv_audio_chunk chunk = {};
     std::vector<fvv_audio_packet> packets(chunks[i].size / 3 + 1);
-    fvv_status status = fvv_file_read_chunk(file, &chunks[i], &payload, nullptr);
+    fvv_status status = fvv_stream_read_chunk(stream, &chunks[i], &payload, nullptr);
     if (status == FVV_OK)
       status = fvv_audio_decode(config, payload, size_t(chunks[i].size), &chunk, packets.data(),
                                 packets.size(), nullptr);
     if (status == FVV_OK)
       status = fvv_audio_follow(&places[chunks[i].track], config, configuration->scene.time_base, &chunk,
-                                chunks[i].time, fvv_file_group(file, group)->end, nullptr);
+                                chunks[i].time, fvv_stream_group(stream, group)->end, nullptr);
     if (status == FVV_OK) {
       take_packets(tracks[chunks[i].track], chunk, packets);
       offsets.erase(chunks[i].offset);
@@ -233,8 +232,7 @@ void take_sound_of_group(fvv_stream *stream, size_t group, std::set<uint64_t> &o
 
 json sounds(fvv_stream *stream, std::set<uint64_t> offsets) {
   std::map<uint16_t, Sound> tracks;
-  for (size_t i = 0; i < fvv_file_group_count(fvv_stream_file(stream)); i++)
-    take_sound_of_group(stream, i, offsets, tracks);
+  for (size_t i = 0; i < fvv_stream_group_count(stream); i++) take_sound_of_group(stream, i, offsets, tracks);
   json out = json::object();
   for (const auto &[track, sound] : tracks)
     if (sound.packets)
@@ -287,10 +285,10 @@ json environments(fvv_stream *stream) {
   // Readers look in a few places only. Clause 18.5: all groups of one configuration have the same
   // environment.
   uint64_t last_configuration = 0;
-  for (size_t group = fvv_file_group_count(fvv_stream_file(stream)); group-- > 0;) {
+  for (size_t group = fvv_stream_group_count(stream); group-- > 0;) {
     const fvv_configuration *configuration;
     if (fvv_stream_configuration(stream, group, &configuration, nullptr) != FVV_OK) continue;
-    const uint64_t place = fvv_file_group(fvv_stream_file(stream), group)->configuration_offset;
+    const uint64_t place = fvv_stream_group(stream, group)->configuration_offset;
     if (last_configuration && place != last_configuration) break;
     last_configuration = place;
     for (size_t i = 0; i < configuration->track_count; i++) {

@@ -175,7 +175,7 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
   for (size_t i = 0; i < fvv_stream_frame_count(opened); i++) {
     fvv_frame frame;
     if (fvv_stream_frame(opened, i, &frame, nullptr) != FVV_OK) continue;
-    const fvv_group_info &group = *fvv_file_group(fvv_stream_file(opened), frame.group);
+    const fvv_group_info &group = *fvv_stream_group(opened, frame.group);
     if (!whole.count({group.offset, frame.time})) continue;
     const json arrays = frame_arrays(opened, i);
     if (!arrays.is_null()) out["frames"].push_back(arrays);

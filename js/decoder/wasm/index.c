@@ -5,7 +5,6 @@
 
 #include "base/diagnostic.h"
 #include "container/chunk_order.h"
-#include "container/file.h"
 #include "decoder.h"
 #include "stream/stream.h"
 
@@ -33,11 +32,11 @@ FVVJS_EXPORT int32_t fvvjs_open(fvvjs_decoder *d, double size) {
 }
 
 FVVJS_EXPORT uint32_t fvvjs_group_count(const fvvjs_decoder *d) {
-  return d->index ? (uint32_t)fvv_file_group_count(fvv_stream_file(d->index)) : 0;
+  return d->index ? (uint32_t)fvv_file_group_count(d->index->file) : 0;
 }
 /* 1: a good index; 2: made by reading all of the file. */
 FVVJS_EXPORT uint32_t fvvjs_index_state(const fvvjs_decoder *d) {
-  return d->index ? (uint32_t)fvv_file_index_state(fvv_stream_file(d->index)) : 0;
+  return d->index ? (uint32_t)fvv_file_index_state(d->index->file) : 0;
 }
 
 FVVJS_EXPORT const fvv_index_entry *fvvjs_group(const fvvjs_decoder *d, uint32_t i) {
@@ -47,7 +46,7 @@ FVVJS_EXPORT const fvv_index_entry *fvvjs_group(const fvvjs_decoder *d, uint32_t
 
 /* Makes ready to be pushed the bytes from a group on. FVV_ERROR_IO as above. */
 FVVJS_EXPORT int32_t fvvjs_play(fvvjs_decoder *d, uint32_t group) {
-  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), group) : NULL;
+  const fvv_group_info *info = d->index ? fvv_file_group(d->index->file, group) : NULL;
   if (!info) return FVV_ERROR_ARGUMENT;
   const fvv_configuration *configuration;
   forget(d);
@@ -74,7 +73,7 @@ static int is_listed(const fvv_file *file, const fvv_group_info *info, uint32_t 
 /* FVV_OK: the configuration of a group can be read, if need be from a repetition of its block, and has the
  * digest that its GRUP names. FVV_ERROR_IO as above. What is pushed is not affected. */
 FVVJS_EXPORT int32_t fvvjs_find_configuration(fvvjs_decoder *d, uint32_t group, uint32_t digest) {
-  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), group) : NULL;
+  const fvv_group_info *info = d->index ? fvv_file_group(d->index->file, group) : NULL;
   const fvv_configuration *configuration;
   forget(d);
   if (!info) return FVV_ERROR_ARGUMENT;
@@ -206,7 +205,7 @@ static fvv_status next_picked(void *user, fvv_event *event, fvv_diagnostic *diag
  * FVV_ERROR_IO: as of fvvjs_open. What is damaged or against the rules is reported better by reading all of
  * the group. */
 FVVJS_EXPORT int32_t fvvjs_pick_group(fvvjs_decoder *d, uint32_t group) {
-  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), group) : NULL;
+  const fvv_group_info *info = d->index ? fvv_file_group(d->index->file, group) : NULL;
   if (!info) return FVV_ERROR_ARGUMENT;
   const fvv_configuration *configuration;
   fvvjs_pick pick = d->pick;

@@ -58,9 +58,9 @@ public:
 private:
   void open_stream(size_t rung, const fvv_limits *limits);
   void open_capture();
-  void number_frames(uint64_t ticks, size_t count, const fvv_limits *limits);
+  void number_frames(uint64_t ticks, size_t count);
   geometry::Mesh stream_mesh(const Frame &wanted) const;
-  std::set<int64_t> mesh_times(const fvv_limits *limits) const;
+  std::set<int64_t> mesh_times() const;
 
   std::vector<geometry::Mesh> meshes; // in memory
   std::unique_ptr<InputFile> file;
@@ -114,8 +114,7 @@ void Sequence::State::open_stream(size_t rung, const fvv_limits *limits) {
   fvv_diagnostic diagnostic = {};
   fvv::check(fvv_stream_open(&input, limits, nullptr, &opened, &diagnostic), name, diagnostic);
   stream.reset(opened);
-  const fvv_file *index = fvv_stream_file(opened);
-  if (fvv_file_damage_count(index)) notes.push_back(demux::text_of(*fvv_file_damage(index, 0)));
+  if (fvv_stream_damage_count(opened)) notes.push_back(demux::text_of(*fvv_stream_damage(opened, 0)));
   const size_t count = fvv_stream_frame_count(opened);
   if (!count) throw Error(name + ": the stream has no frames");
   const fvv_configuration *configuration = nullptr;
@@ -127,15 +126,15 @@ void Sequence::State::open_stream(size_t rung, const fvv_limits *limits) {
   if (!track) throw Error(name + ": the stream has no meshes");
   unknown_scale = configuration->scene.flags & FVV_SCENE_SCALE_UNKNOWN;
   duration = duration_of(configuration->scene, name);
-  number_frames(uint64_t(configuration->scene.frame_duration), count, limits);
+  number_frames(uint64_t(configuration->scene.frame_duration), count);
 }
 
 // By their times, so that a missing frame shifts none of those after it. Where the first groups are missing,
 // writers mostly begin at tick 0.
-void Sequence::State::number_frames(uint64_t ticks, size_t count, const fvv_limits *limits) {
-  const bool beheaded = fvv_file_group(fvv_stream_file(stream.get()), 0)->sequence > 0;
+void Sequence::State::number_frames(uint64_t ticks, size_t count) {
+  const bool beheaded = fvv_stream_group(stream.get(), 0)->sequence > 0;
   if (beheaded) notes.push_back("the first groups are not there: frames are numbered from tick 0");
-  const auto start = beheaded ? 0 : uint64_t(fvv_file_group(fvv_stream_file(stream.get()), 0)->start);
+  const auto start = beheaded ? 0 : uint64_t(fvv_stream_group(stream.get(), 0)->start);
   bool regular = true;
   for (size_t i = 0; i < count; i++) {
     fvv_frame frame;
@@ -150,7 +149,7 @@ void Sequence::State::number_frames(uint64_t ticks, size_t count, const fvv_limi
     notes.push_back("frames are at no whole numbers of frame durations: they are numbered in their order");
     for (size_t i = 0; i < count; i++) list[i] = {int64_t(i), int64_t(i), i};
   }
-  const std::set<int64_t> times = mesh_times(limits);
+  const std::set<int64_t> times = mesh_times();
   const auto is_empty = [&](const Frame &frame) {
     fvv_frame info;
     return fvv_stream_frame(stream.get(), frame.index, &info, nullptr) == FVV_OK && !times.count(info.time);
@@ -160,17 +159,12 @@ void Sequence::State::number_frames(uint64_t ticks, size_t count, const fvv_limi
 }
 
 // By the tables of the groups; what cannot be read of them is reported when the frame is compared.
-std::set<int64_t> Sequence::State::mesh_times(const fvv_limits *limits) const {
-  const fvv_input input = file->input();
-  fvv_file *opened = nullptr;
-  fvv_diagnostic diagnostic = {};
-  fvv::check(fvv_file_open(&input, limits, nullptr, &opened, &diagnostic), name, diagnostic);
-  const std::unique_ptr<fvv_file, void (*)(fvv_file *)> tables(opened, fvv_file_close);
+std::set<int64_t> Sequence::State::mesh_times() const {
   std::set<int64_t> times;
-  for (size_t group = 0; group < fvv_file_group_count(opened); group++) {
+  for (size_t group = 0; group < fvv_stream_group_count(stream.get()); group++) {
     const fvv_chunk_info *chunks = nullptr;
     size_t count = 0;
-    if (fvv_file_group_chunks(opened, group, &chunks, &count, nullptr) != FVV_OK) continue;
+    if (fvv_stream_group_chunks(stream.get(), group, &chunks, &count, nullptr) != FVV_OK) continue;
     for (size_t i = 0; i < count; i++)
       if (chunks[i].type == FVV_CHUNK_MESH && chunks[i].track == track) times.insert(chunks[i].time);
   }

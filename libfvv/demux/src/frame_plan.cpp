@@ -234,9 +234,9 @@ int64_t frame_duration(fvv_stream *stream, size_t group) {
 }
 
 // With an index all numbers are known; only tables and chunks may be found damaged later.
-void plan_by_index(const fvv_file *file, const std::string &name, Plan &plan) {
-  for (size_t g = 0; g < fvv_file_group_count(file); g++) {
-    const fvv_group_info &group = *fvv_file_group(file, g);
+void plan_by_index(const fvv_stream *stream, const std::string &name, Plan &plan) {
+  for (size_t g = 0; g < fvv_stream_group_count(stream); g++) {
+    const fvv_group_info &group = *fvv_stream_group(stream, g);
     if (group.frame_count > group.size / smallest_frame || plan.count + group.frame_count > most_frames)
       throw Error(name + ": group " + std::to_string(group.sequence) + " claims " +
                   std::to_string(group.frame_count) + " frames in " + std::to_string(group.size) + " bytes");
@@ -320,16 +320,15 @@ Survey::Group LazySurvey::group(uint64_t offset) {
 }
 
 Plan make_plan(fvv_stream *stream, const InputFile &file, const Selection &frames, LazySurvey &survey) {
-  const fvv_file *opened = fvv_stream_file(stream);
   Plan plan;
-  plan.rebuilt = fvv_file_index_state(opened) == FVV_INDEX_REBUILT;
+  plan.rebuilt = fvv_stream_index_state(stream) == FVV_INDEX_REBUILT;
   if (!plan.rebuilt) {
-    plan_by_index(opened, file.path(), plan);
+    plan_by_index(stream, file.path(), plan);
   } else {
-    plan.rebuilt_why = fvv_file_damage_count(opened) ? text_of(*fvv_file_damage(opened, 0))
-                                                     : "no footer: the stream is live or truncated";
+    plan.rebuilt_why = fvv_stream_damage_count(stream) ? text_of(*fvv_stream_damage(stream, 0))
+                                                       : "no footer: the stream is live or truncated";
     Scanned scanned(stream, plan, survey);
-    for (size_t g = 0; g < fvv_file_group_count(opened); g++) scanned.add(g, *fvv_file_group(opened, g));
+    for (size_t g = 0; g < fvv_stream_group_count(stream); g++) scanned.add(g, *fvv_stream_group(stream, g));
   }
   std::vector<GroupPlan> chosen;
   for (const GroupPlan &group : plan.groups)

@@ -92,16 +92,12 @@ UnpackedSounds unpack_sounds(const InputFile &input, size_t first, size_t last, 
     else
       out.losses.push_back("track " + std::to_string(layout.track) + ": the codec of the sound is not known");
   }
-  const fvv_input source = input.input();
-  fvv_file *opened = nullptr;
-  fvv::check(fvv_file_open(&source, limits, nullptr, &opened, &diagnostic), input.path(), diagnostic);
-  const std::unique_ptr<fvv_file, void (*)(fvv_file *)> file(opened, fvv_file_close);
   const auto lose = [&](const std::string &what) { out.losses.push_back("sound is lost: " + what); };
-  for (size_t group = first; group <= last && group < fvv_file_group_count(file.get()); group++) {
+  for (size_t group = first; group <= last && group < fvv_stream_group_count(stream.get()); group++) {
     const fvv_chunk_info *chunks = nullptr;
     size_t count = 0;
     diagnostic = {};
-    if (fvv_file_group_chunks(file.get(), group, &chunks, &count, &diagnostic) < 0) {
+    if (fvv_stream_group_chunks(stream.get(), group, &chunks, &count, &diagnostic) < 0) {
       lose(text_of(diagnostic));
       continue;
     }
@@ -110,7 +106,7 @@ UnpackedSounds unpack_sounds(const InputFile &input, size_t first, size_t last, 
       if (chunks[i].type != FVV_CHUNK_AUDIO || track == tracks.end()) continue;
       const uint8_t *payload = nullptr;
       diagnostic = {};
-      if (fvv_file_read_chunk(file.get(), &chunks[i], &payload, &diagnostic) < 0) {
+      if (fvv_stream_read_chunk(stream.get(), &chunks[i], &payload, &diagnostic) < 0) {
         lose(text_of(diagnostic));
         continue;
       }

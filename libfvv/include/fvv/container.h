@@ -1,9 +1,9 @@
 /* fvv/container.h: chunks, groups, configuration records, index. Spec: spec/fvv.md clauses 3 to 7.
  *
- * Three ways in and out:
- *   fvv_writer  append-only, one pass, works on a pipe;
- *   fvv_reader  push bytes, pull events, no I/O: live streams, pipes, checks;
- *   fvv_file    random access through the index; rebuilds the index by scanning when there is none.
+ * Two ways in and out, each in one pass:
+ *   fvv_writer  append-only, works on a pipe;
+ *   fvv_reader  push bytes, pull events, no I/O: live streams, pipes, checks.
+ * Random access to groups, chunks and frames is in fvv/stream.h.
  * No function here decodes meshes or pixels. Handles are not thread-safe; separate handles are independent.
  */
 #ifndef FVV_CONTAINER_H
@@ -158,13 +158,11 @@ FVV_API void fvv_reader_finish(fvv_reader *reader);
 FVV_API FVV_MUST_USE fvv_status fvv_reader_next(fvv_reader *reader, fvv_event *event,
                                                 fvv_diagnostic *diagnostic);
 
-/* ---- random access -------------------------------------------------------------------------------- */
-
-typedef struct fvv_file fvv_file;
+/* ---- groups and chunks, as fvv_stream lists them -------------------------------------------------- */
 
 typedef enum fvv_index_state {
   FVV_INDEX_PRESENT = 1, /* footer and index are good */
-  FVV_INDEX_REBUILT = 2  /* none, or damaged: rebuilt by scanning; see fvv_file_damage_count */
+  FVV_INDEX_REBUILT = 2  /* none, or damaged: rebuilt by scanning; see fvv_stream_damage_count */
 } fvv_index_state;
 
 typedef struct fvv_group_info {
@@ -187,34 +185,6 @@ typedef struct fvv_chunk_info {
   uint16_t track;
   uint8_t flags;
 } fvv_chunk_info;
-
-/* input is copied; limits and allocator as above. Fails when not even the file header is good; a file whose
- * index is missing or damaged opens as FVV_INDEX_REBUILT. */
-FVV_API FVV_MUST_USE fvv_status fvv_file_open(const fvv_input *input, const fvv_limits *limits,
-                                              const fvv_allocator *allocator, fvv_file **file,
-                                              fvv_diagnostic *diagnostic);
-FVV_API void fvv_file_close(fvv_file *file);
-FVV_API fvv_index_state fvv_file_index_state(const fvv_file *file);
-/* Damage found while rebuilding the index or later, in tables of groups and in configuration blocks that a
- * repetition replaces. Valid until the next call on this handle. */
-FVV_API size_t fvv_file_damage_count(const fvv_file *file);
-FVV_API const fvv_diagnostic *fvv_file_damage(const fvv_file *file, size_t i);
-FVV_API size_t fvv_file_group_count(const fvv_file *file);
-FVV_API const fvv_group_info *fvv_file_group(const fvv_file *file, size_t i);
-/* The chunks of a group, GRUP and GEND left out; valid until close. Loads the group's table on first use. */
-FVV_API FVV_MUST_USE fvv_status fvv_file_group_chunks(fvv_file *file, size_t group,
-                                                      const fvv_chunk_info **chunks, size_t *count,
-                                                      fvv_diagnostic *diagnostic);
-/* The chunks of the configuration block that holds for a group: of the block that the index names or, when
- * that is damaged, of a repetition with the same digest. FVV_ERROR_DAMAGED: none is left. Valid until close.
- */
-FVV_API FVV_MUST_USE fvv_status fvv_file_configuration(fvv_file *file, size_t group,
-                                                       const fvv_chunk_info **chunks, size_t *count,
-                                                       fvv_diagnostic *diagnostic);
-/* Reads one chunk, checks header, payload CRC and padding, and compares it with info. The payload lives in a
- * buffer of the file handle: valid until the next call on this handle. */
-FVV_API FVV_MUST_USE fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info,
-                                                    const uint8_t **payload, fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

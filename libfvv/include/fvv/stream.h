@@ -1,6 +1,6 @@
 /* fvv/stream.h: a file or stream as frames. Spec: spec/fvv.md. The one place that ties tracks together:
  *   fvv_configuration  the tracks, cameras, video layouts and metadata of one configuration block;
- *   fvv_stream         random access to meshes and video samples by frame number;
+ *   fvv_stream         random access to groups and chunks, and to meshes and video samples by frame number;
  *   fvv_checker        push bytes, learn everything that is wrong, and which frames are whole.
  * Handles are not thread-safe; separate handles are independent. */
 #ifndef FVV_STREAM_H
@@ -65,22 +65,50 @@ FVV_API const fvv_video_layout *fvv_configuration_video(const fvv_configuration 
 FVV_API const fvv_audio_config *fvv_configuration_audio(const fvv_configuration *configuration,
                                                         uint16_t track);
 
-/* ---- random access by frame ----------------------------------------------------------------------- */
+/* ---- random access -------------------------------------------------------------------------------- */
 
 typedef struct fvv_stream fvv_stream;
 
-typedef struct fvv_frame {
-  int64_t time; /* ticks */
-  size_t group; /* for fvv_file_group */
-} fvv_frame;
-
-/* input, limits, allocator: as fvv_file_open. */
+/* input is copied. limits NULL: default; allocator NULL: malloc. Fails when not even the file header is good;
+ * a file whose index is missing or damaged opens as FVV_INDEX_REBUILT. Of a file with an index nothing else
+ * is read until something requests it. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits,
                                                 const fvv_allocator *allocator, fvv_stream **stream,
                                                 fvv_diagnostic *diagnostic);
 FVV_API void fvv_stream_close(fvv_stream *stream);
-/* Groups, index state and damage; belongs to the stream. */
-FVV_API const fvv_file *fvv_stream_file(const fvv_stream *stream);
+
+/* ---- groups and chunks ---------------------------------------------------------------------------- */
+
+FVV_API fvv_index_state fvv_stream_index_state(const fvv_stream *stream);
+/* Damage found while rebuilding the index or later, in tables of groups and in configuration blocks that a
+ * repetition replaces. Valid until the next call on this handle. */
+FVV_API size_t fvv_stream_damage_count(const fvv_stream *stream);
+FVV_API const fvv_diagnostic *fvv_stream_damage(const fvv_stream *stream, size_t i);
+FVV_API size_t fvv_stream_group_count(const fvv_stream *stream);
+/* NULL: there is no such group. Valid until close. */
+FVV_API const fvv_group_info *fvv_stream_group(const fvv_stream *stream, size_t i);
+/* The chunks of a group, GRUP and GEND left out; valid until close. Loads the group's table on first use. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_group_chunks(fvv_stream *stream, size_t group,
+                                                        const fvv_chunk_info **chunks, size_t *count,
+                                                        fvv_diagnostic *diagnostic);
+/* The chunks of the configuration block that holds for a group: of the block that the index names or, when
+ * that is damaged, of a repetition with the same digest. FVV_ERROR_DAMAGED: none is left. Valid until close.
+ * fvv_stream_configuration decodes them. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_configuration_chunks(fvv_stream *stream, size_t group,
+                                                                const fvv_chunk_info **chunks, size_t *count,
+                                                                fvv_diagnostic *diagnostic);
+/* Reads one chunk, checks header, payload CRC and padding, and compares it with info. The payload lives in a
+ * buffer of the handle: valid until the next call on this handle. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_read_chunk(fvv_stream *stream, const fvv_chunk_info *info,
+                                                      const uint8_t **payload, fvv_diagnostic *diagnostic);
+
+/* ---- frames --------------------------------------------------------------------------------------- */
+
+typedef struct fvv_frame {
+  int64_t time; /* ticks */
+  size_t group; /* for fvv_stream_group */
+} fvv_frame;
+
 /* Frames are the times at which a group has a MESH or a VPKT (clause 11), numbered from 0 in order of time.
  */
 FVV_API size_t fvv_stream_frame_count(const fvv_stream *stream);

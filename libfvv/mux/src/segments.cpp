@@ -119,14 +119,14 @@ std::vector<uint8_t> block_of(const InputFile &file, const fvv_group_info &group
 }
 
 // The environments, each a file of its own with one chunk, for players that begin in the middle.
-Json copy_environments(const InputFile &file, fvv_file *stream, const WriteFile &write_file) {
+Json copy_environments(const InputFile &file, fvv_stream *stream, const WriteFile &write_file) {
   Json list = Json::array();
   std::vector<uint16_t> known;
-  for (size_t i = 0; i < fvv_file_group_count(stream); i++) {
+  for (size_t i = 0; i < fvv_stream_group_count(stream); i++) {
     const fvv_chunk_info *chunks = nullptr;
     size_t count = 0;
     fvv_diagnostic diagnostic = {};
-    fvv::check(fvv_file_group_chunks(stream, i, &chunks, &count, &diagnostic), file.path(), diagnostic);
+    fvv::check(fvv_stream_group_chunks(stream, i, &chunks, &count, &diagnostic), file.path(), diagnostic);
     for (size_t k = 0; k < count; k++) {
       const fvv_chunk_info &chunk = chunks[k];
       if (chunk.type != FVV_CHUNK_ENVIRONMENT ||
@@ -143,24 +143,25 @@ Json copy_environments(const InputFile &file, fvv_file *stream, const WriteFile 
   return list;
 }
 
-// A configuration block with the chunks that fvv_file lists.
-ConfigurationBlock configuration_of(const InputFile &file, fvv_file *stream) {
+// A configuration block with the chunks that fvv_stream lists.
+ConfigurationBlock configuration_of(const InputFile &file, fvv_stream *stream) {
   ConfigurationBlock block;
   const fvv_chunk_info *chunks = nullptr;
   size_t count = 0;
   fvv_diagnostic diagnostic = {};
-  fvv::check(fvv_file_configuration(stream, 0, &chunks, &count, &diagnostic), file.path(), diagnostic);
+  fvv::check(fvv_stream_configuration_chunks(stream, 0, &chunks, &count, &diagnostic), file.path(),
+             diagnostic);
   const std::vector<fvv_chunk_info> list(chunks, chunks + count);
   for (const fvv_chunk_info &chunk : list) {
     const uint8_t *payload = nullptr;
-    fvv::check(fvv_file_read_chunk(stream, &chunk, &payload, &diagnostic), file.path(), diagnostic);
+    fvv::check(fvv_stream_read_chunk(stream, &chunk, &payload, &diagnostic), file.path(), diagnostic);
     block.add(header_of(chunk), payload);
   }
   return block;
 }
 
 // A rung in a folder of its own.
-Json write_rung(const InputFile &file, fvv_file *stream, const ConfigurationBlock &block,
+Json write_rung(const InputFile &file, fvv_stream *stream, const ConfigurationBlock &block,
                 const RungInfo &info, const WriteFile &write_file) {
   const std::string folder = "rung-" + std::to_string(info.rung) + "/";
   Json out = json_of<Json>(info);
@@ -171,20 +172,20 @@ Json write_rung(const InputFile &file, fvv_file *stream, const ConfigurationBloc
     sink(bytes.data(), bytes.size());
   });
   out["groups"] = Json::array();
-  for (size_t i = 0; i < fvv_file_group_count(stream); i++)
+  for (size_t i = 0; i < fvv_stream_group_count(stream); i++)
     out["groups"].push_back(write(write_file, folder + group_name(i), [&](const Sink &sink) {
-      const fvv_group_info group = *fvv_file_group(stream, i);
+      const fvv_group_info group = *fvv_stream_group(stream, i);
       const fvv_chunk_info *chunks = nullptr;
       size_t count = 0;
       fvv_diagnostic diagnostic = {};
-      fvv::check(fvv_file_group_chunks(stream, i, &chunks, &count, &diagnostic), file.path(), diagnostic);
+      fvv::check(fvv_stream_group_chunks(stream, i, &chunks, &count, &diagnostic), file.path(), diagnostic);
       const auto put = [&](const std::string &bytes) { sink(bytes.data(), bytes.size()); };
       RungGroup rung(block, info.rung);
       put(rung.begin(group.sequence, group.start, group.end));
       for (size_t k = 0; k < count; k++) {
         if (block.leaves_out(chunks[k].track, info.rung)) continue;
         const uint8_t *payload = nullptr;
-        fvv::check(fvv_file_read_chunk(stream, &chunks[k], &payload, &diagnostic), file.path(), diagnostic);
+        fvv::check(fvv_stream_read_chunk(stream, &chunks[k], &payload, &diagnostic), file.path(), diagnostic);
         put(rung.chunk(header_of(chunks[k]), payload));
       }
       put(rung.end());
@@ -198,14 +199,15 @@ uint64_t bytes_of(const Json &rung) {
   return bytes;
 }
 
-Json scene_of(const InputFile &file, fvv_file *stream) {
+Json scene_of(const InputFile &file, fvv_stream *stream) {
   const fvv_chunk_info *chunks = nullptr;
   size_t count = 0;
   const uint8_t *payload = nullptr;
   fvv_diagnostic diagnostic = {};
   fvv_scene scene;
-  fvv::check(fvv_file_configuration(stream, 0, &chunks, &count, &diagnostic), file.path(), diagnostic);
-  fvv::check(fvv_file_read_chunk(stream, &chunks[0], &payload, &diagnostic), file.path(), diagnostic);
+  fvv::check(fvv_stream_configuration_chunks(stream, 0, &chunks, &count, &diagnostic), file.path(),
+             diagnostic);
+  fvv::check(fvv_stream_read_chunk(stream, &chunks[0], &payload, &diagnostic), file.path(), diagnostic);
   fvv::check(fvv_scene_decode(&scene, payload, static_cast<size_t>(chunks[0].size), &diagnostic), file.path(),
              diagnostic);
   return {{"time_base", {scene.time_base.numerator, scene.time_base.denominator}},
@@ -224,14 +226,14 @@ Segments write_segments(const InputFile &file, const WriteFile &write_file) {
   const std::string &stream = file.path();
   const Checked checked = check_stream(file);
   const fvv_input input = file.input();
-  fvv_file *opened = nullptr;
+  fvv_stream *opened = nullptr;
   fvv_diagnostic diagnostic = {};
-  const fvv_status status = fvv_file_open(&input, nullptr, nullptr, &opened, &diagnostic);
-  const std::unique_ptr<fvv_file, void (*)(fvv_file *)> handle(opened, fvv_file_close);
+  const fvv_status status = fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic);
+  const std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> handle(opened, fvv_stream_close);
   fvv::check(status, stream, diagnostic);
-  const size_t groups = fvv_file_group_count(opened);
+  const size_t groups = fvv_stream_group_count(opened);
   if (!groups) throw Error(stream + ": there are no groups to make segments of");
-  const fvv_group_info first = *fvv_file_group(opened, 0);
+  const fvv_group_info first = *fvv_stream_group(opened, 0);
   const std::vector<uint8_t> block = block_of(file, first);
 
   Json manifest = {{"fvv_segments", 1},
@@ -257,7 +259,7 @@ Segments write_segments(const InputFile &file, const WriteFile &write_file) {
   manifest["groups"] = Json::array();
   uint64_t known = first.configuration_offset; // of the block that was compared last
   for (size_t i = 0; i < groups; i++) {
-    const fvv_group_info &group = *fvv_file_group(opened, i);
+    const fvv_group_info &group = *fvv_stream_group(opened, i);
     if (group.configuration_offset != known && block_of(file, group) != block)
       throw Error(stream + ": the configuration changes before group " + std::to_string(i) +
                   ": segments have one for all groups");

@@ -189,27 +189,22 @@ public:
   Reader(const Plan &chosen, const Decisions &decided, const std::vector<std::vector<MeshOrigins>> &reported,
          const InputFile &source)
       : plan(chosen), decisions(decided), origins(reported), name(source.path()),
-        stream(nullptr, fvv_stream_close), file(nullptr, fvv_file_close) {
+        stream(nullptr, fvv_stream_close) {
     for (const MeshTrack &track : plan.meshes) visibility.emplace_back(plan, track, name);
     const fvv_input input = source.input();
     fvv_stream *opened = nullptr;
     const fvv_status status = fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic);
     stream.reset(opened);
     fvv::check(status, name, diagnostic);
-    if (plan.sounds.empty()) return;
-    fvv_file *chunks = nullptr;
-    const fvv_status listed = fvv_file_open(&input, nullptr, nullptr, &chunks, &diagnostic);
-    file.reset(chunks);
-    fvv::check(listed, name, diagnostic);
   }
 
   // Groups, frames and index are there. Returns the configuration, which lives as long as this object.
   const fvv_configuration &whole() {
-    const fvv_file *index = fvv_stream_file(stream.get());
-    if (fvv_file_index_state(index) != (plan.options.live ? FVV_INDEX_REBUILT : FVV_INDEX_PRESENT))
+    if (fvv_stream_index_state(stream.get()) != (plan.options.live ? FVV_INDEX_REBUILT : FVV_INDEX_PRESENT))
       throw Error(name + ": the index differs from what was written");
-    if (fvv_file_damage_count(index)) fvv::fail(name, *fvv_file_damage(index, 0));
-    expect(fvv_file_group_count(index), plan.group_count() + (plan.groups.back().end < plan.end()), "groups");
+    if (fvv_stream_damage_count(stream.get())) fvv::fail(name, *fvv_stream_damage(stream.get(), 0));
+    expect(fvv_stream_group_count(stream.get()), plan.group_count() + (plan.groups.back().end < plan.end()),
+           "groups");
     expect(fvv_stream_frame_count(stream.get()), plan.frame_count(), "frames");
     return configuration(0);
   }
@@ -316,11 +311,11 @@ private:
     const std::vector<SoundChunk> wanted = sound_chunks(plan, plan.groups[index]);
     const fvv_chunk_info *chunks = nullptr;
     size_t count = 0, found = 0;
-    fvv::check(fvv_file_group_chunks(file.get(), index, &chunks, &count, &diagnostic), name, diagnostic);
+    fvv::check(fvv_stream_group_chunks(stream.get(), index, &chunks, &count, &diagnostic), name, diagnostic);
     for (size_t i = 0; i < count; i++) {
       if (chunks[i].type != FVV_CHUNK_AUDIO) continue;
       const uint8_t *payload = nullptr;
-      fvv::check(fvv_file_read_chunk(file.get(), &chunks[i], &payload, &diagnostic), name, diagnostic);
+      fvv::check(fvv_stream_read_chunk(stream.get(), &chunks[i], &payload, &diagnostic), name, diagnostic);
       const SoundChunk *chunk = found < wanted.size() ? &wanted[found] : nullptr;
       if (!chunk || chunks[i].track != sound_track_id(chunk->track) || chunks[i].time != chunk->time ||
           !std::equal(chunk->payload.begin(), chunk->payload.end(), payload, payload + chunks[i].size))
@@ -399,7 +394,6 @@ private:
   std::vector<VisibilityVerifier> visibility; // of each mesh track
   fvv_diagnostic diagnostic = {};
   std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream;
-  std::unique_ptr<fvv_file, void (*)(fvv_file *)> file; // for sound
 };
 
 } // namespace

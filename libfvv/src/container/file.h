@@ -1,4 +1,6 @@
-/* container/file.h: the fields of fvv_file, for code that needs more than its public functions. */
+/* container/file.h: random access to a stream's groups and chunks through the index, which is rebuilt by
+ * scanning when there is none. fvv_stream is the public handle; what fvv/stream.h says of its functions holds
+ * here. */
 #ifndef FVV_CONTAINER_FILE_H
 #define FVV_CONTAINER_FILE_H
 
@@ -17,7 +19,7 @@ typedef struct fvv_file_block {
   fvv_diagnostic why; /* not ended: what follows the last intact chunk */
 } fvv_file_block;
 
-struct fvv_file {
+typedef struct fvv_file {
   fvv_allocator allocator;
   fvv_limits limits;
   fvv_input input;
@@ -29,7 +31,24 @@ struct fvv_file {
   fvv_bytes damage;  /* fvv_diagnostic */
   fvv_bytes scanned; /* rebuilt: fvv_chunk_info of every intact frame chunk, by offset */
   fvv_bytes buffer;  /* the chunk read last */
-};
+} fvv_file;
+
+FVV_MUST_USE fvv_status fvv_file_open(const fvv_input *input, const fvv_limits *limits,
+                                      const fvv_allocator *allocator, fvv_file **file,
+                                      fvv_diagnostic *diagnostic);
+void fvv_file_close(fvv_file *file);
+fvv_index_state fvv_file_index_state(const fvv_file *file);
+size_t fvv_file_damage_count(const fvv_file *file);
+const fvv_diagnostic *fvv_file_damage(const fvv_file *file, size_t i);
+size_t fvv_file_group_count(const fvv_file *file);
+const fvv_group_info *fvv_file_group(const fvv_file *file, size_t i);
+FVV_MUST_USE fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_info **chunks,
+                                              size_t *count, fvv_diagnostic *diagnostic);
+/* fvv_stream_configuration_chunks */
+FVV_MUST_USE fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_info **chunks,
+                                               size_t *count, fvv_diagnostic *diagnostic);
+FVV_MUST_USE fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info,
+                                            const uint8_t **payload, fvv_diagnostic *diagnostic);
 
 /* Reads the chunk at offset into the buffer and checks all of it. */
 FVV_MUST_USE fvv_status fvv_file_load(fvv_file *file, uint64_t offset, fvv_chunk_header *header,

@@ -7,7 +7,6 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/memory.h"
-#include "container/file.h"
 #include "mesh/mesh.h"
 #include "stream/tracks.h"
 
@@ -44,9 +43,25 @@ static fvv_status kept_of(const fvv_stream *stream, fvv_bytes *list, size_t size
   return FVV_OK;
 }
 
+static fvv_status number_frames(fvv_stream *s, fvv_diagnostic *diagnostic) {
+  const size_t groups = fvv_file_group_count(s->file);
+  if (s->firsts.size || !groups) return FVV_OK;
+  if (fvv_bytes_reserve(&s->firsts, groups * sizeof(uint64_t)) < 0)
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory for %zu groups", groups);
+  uint64_t *firsts = (uint64_t *)s->firsts.data, first = 0;
+  for (size_t g = 0; g < groups; g++) {
+    firsts[g] = first;
+    first += fvv_file_group(s->file, g)->frame_count;
+  }
+  s->firsts.size = groups * sizeof *firsts;
+  return FVV_OK;
+}
+
 static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, fvv_diagnostic *diagnostic) {
   if (frame >= s->frame_count)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "frame %zu of %zu", frame, s->frame_count);
+  const fvv_status numbered = number_frames(s, diagnostic);
+  if (numbered < 0) return numbered;
   /* The last group that begins at or before the frame; groups without frames begin where the next one does.
    */
   const uint64_t *firsts = (const uint64_t *)s->firsts.data;
@@ -763,15 +778,8 @@ fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, con
     *stream = NULL;
     return status;
   }
-  for (size_t g = 0; g < fvv_file_group_count(s->file); g++) {
-    const uint64_t first = s->frame_count;
+  for (size_t g = 0; g < fvv_file_group_count(s->file); g++)
     s->frame_count += fvv_file_group(s->file, g)->frame_count;
-    if (fvv_bytes_append(&s->firsts, &first, sizeof first) < 0) {
-      fvv_stream_close(s);
-      *stream = NULL;
-      return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
-    }
-  }
   return FVV_OK;
 }
 
@@ -788,8 +796,4 @@ void fvv_stream_close(fvv_stream *stream) {
   release_environment(stream);
   fvv_file_close(stream->file);
   fvv_release(&allocator, stream, sizeof *stream);
-}
-
-const fvv_file *fvv_stream_file(const fvv_stream *stream) {
-  return stream->file;
 }

@@ -2,6 +2,7 @@
 #ifndef FVV_STREAM_STREAM_H
 #define FVV_STREAM_STREAM_H
 
+#include "container/file.h"
 #include "stream/configuration.h"
 
 /* The chunk of a track that does not decode: what depends on it fails in the same way, without being decoded
@@ -19,10 +20,10 @@ struct fvv_stream {
   fvv_configuration_builder configuration;
   uint64_t configuration_offset; /* of the block that is loaded, ~group where the group names none; 0: none */
   size_t frame_count;
-  fvv_bytes firsts;             /* uint64_t for each group: number of its first frame */
-  fvv_bytes meshes;             /* followed_track: where delta frames were decoded last */
-  fvv_bytes colours;            /* followed_colours: of each mesh track */
-  fvv_bytes visibility;         /* followed_visibility: where each track was decoded last */
+  fvv_bytes firsts;     /* uint64_t for each group: number of its first frame; empty until it is needed */
+  fvv_bytes meshes;     /* followed_track: where delta frames were decoded last */
+  fvv_bytes colours;    /* followed_colours: of each mesh track */
+  fvv_bytes visibility; /* followed_visibility: where each track was decoded last */
   fvv_calibration *calibration; /* of the block that is loaded; NULL: none yet */
   uint64_t calibration_chunk;   /* offset of the chunk that was decoded last; 0: none */
   fvv_known_failure calibration_failure;

@@ -150,10 +150,10 @@ TEST_CASE("a frame that does not fit the configuration is refused by its number"
 namespace {
 
 // "0..4 2": a group of ticks 0 to 3 with 2 frames.
-std::string groups_in(const fvv_file *file) {
+std::string groups_in(const fvv_stream *file) {
   std::string out;
-  for (size_t g = 0; g < fvv_file_group_count(file); g++) {
-    const fvv_group_info &group = *fvv_file_group(file, g);
+  for (size_t g = 0; g < fvv_stream_group_count(file); g++) {
+    const fvv_group_info &group = *fvv_stream_group(file, g);
     out += (g ? ", " : "") + std::to_string(group.start) + ".." + std::to_string(group.end) + " " +
            std::to_string(group.frame_count);
   }
@@ -181,7 +181,7 @@ std::string staged(const std::string &stage, bool pictures, const std::string &p
   write_bytes(path, bytes.data(), bytes.size());
   const fvv::InputFile file(path);
   const fvv::demux::Stream stream = fvv::demux::open_stream(file);
-  std::string out = groups_in(fvv_stream_file(stream.get())) + ":";
+  std::string out = groups_in(stream.get()) + ":";
   for (size_t i = 0; i < fvv_stream_frame_count(stream.get()); i++) {
     OwnedMesh mesh;
     fvv_frame frame;

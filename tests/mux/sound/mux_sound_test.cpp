@@ -54,10 +54,10 @@ int64_t click_in(const media::SoundPackets &packets, double about) {
 size_t groups_in(const std::string &path) {
   const InputFile file(path);
   const fvv_input input = file.input();
-  fvv_file *opened = nullptr;
-  REQUIRE(fvv_file_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
-  const size_t count = fvv_file_group_count(opened);
-  fvv_file_close(opened);
+  fvv_stream *opened = nullptr;
+  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
+  const size_t count = fvv_stream_group_count(opened);
+  fvv_stream_close(opened);
   return count;
 }
 
@@ -184,12 +184,12 @@ TEST_CASE("the first picture does not wait for sound") {
   mux_file(options);
   const InputFile file(options.output);
   const fvv_input input = file.input();
-  fvv_file *opened = nullptr;
-  REQUIRE(fvv_file_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
-  for (size_t group = 0; group < fvv_file_group_count(opened); group++) {
+  fvv_stream *opened = nullptr;
+  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
+  for (size_t group = 0; group < fvv_stream_group_count(opened); group++) {
     const fvv_chunk_info *chunks = nullptr;
     size_t count = 0, sounds = 0;
-    REQUIRE(fvv_file_group_chunks(opened, group, &chunks, &count, nullptr) == FVV_OK);
+    REQUIRE(fvv_stream_group_chunks(opened, group, &chunks, &count, nullptr) == FVV_OK);
     for (size_t i = 0; i < count; i++) {
       if (chunks[i].type != FVV_CHUNK_AUDIO) continue;
       CHECK(i > 0);
@@ -201,7 +201,7 @@ TEST_CASE("the first picture does not wait for sound") {
     }
     CHECK(sounds == 2); // of 0.4 s
   }
-  fvv_file_close(opened);
+  fvv_stream_close(opened);
 }
 
 TEST_CASE("placed sound is mono, and moves from frame to frame") {
@@ -289,14 +289,14 @@ TEST_CASE("damaged sound is a loss, and the rest is there") {
   {
     const InputFile file(options.output);
     const fvv_input input = file.input();
-    fvv_file *opened = nullptr;
-    REQUIRE(fvv_file_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
+    fvv_stream *opened = nullptr;
+    REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
     const fvv_chunk_info *chunks = nullptr;
     size_t count = 0;
-    REQUIRE(fvv_file_group_chunks(opened, 1, &chunks, &count, nullptr) == FVV_OK);
+    REQUIRE(fvv_stream_group_chunks(opened, 1, &chunks, &count, nullptr) == FVV_OK);
     for (size_t i = 0; i < count; i++)
       if (chunks[i].type == FVV_CHUNK_AUDIO) at = size_t(chunks[i].offset) + 32 + 100;
-    fvv_file_close(opened);
+    fvv_stream_close(opened);
   }
   bytes[at] = char(bytes[at] ^ 1);
   write_bytes(options.output, bytes.data(), bytes.size());

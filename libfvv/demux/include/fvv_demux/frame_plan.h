@@ -63,7 +63,7 @@ struct Loss {
 std::string text_of(const fvv_diagnostic &diagnostic);
 
 struct GroupPlan {
-  size_t group;   // for fvv_file_group
+  size_t group;   // for fvv_stream_group
   size_t frame;   // for fvv_stream: its first frame
   int64_t number; // of its first frame in the undamaged stream
   int64_t count;  // frames that it has or had before damage
