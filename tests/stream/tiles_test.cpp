@@ -2,6 +2,7 @@
 // after damage.
 #include "stream_fixture.h"
 
+#include <algorithm>
 #include <map>
 #include <sstream>
 
@@ -327,6 +328,101 @@ TEST_CASE("where a layout may have been lost, the configuration's is not used") 
         CHECK(Checked(bad).problem_count() > 0);
       }
   }
+}
+
+namespace {
+
+constexpr uint16_t other_video = 3;
+
+// The same with another video track, whose layouts and samples come before those of the first, and with
+// chunks of an unknown type between them.
+Stream crowded_stream() {
+  Stream out = cropped_stream();
+  std::vector<Chunk> &block = out.configuration;
+  block.insert(block.begin() + 3, track_chunk(other_video, FVV_TRACK_VIDEO));
+  block.insert(block.end() - 1, video_chunk(other_video));
+  block.insert(block.end() - 1, tiles_chunk(other_video, two_tiles));
+  for (int group = 0; group < 5; group++) {
+    std::vector<Chunk> &chunks = out.groups[size_t(group)].chunks;
+    const Chunk added[] = {layout_chunk(6 * group, crops(4 - group), other_video),
+                           sample_chunk(6 * group, group, other_video),
+                           {0x58585858, 1, 0, 6 * group, Bytes(20)}};
+    chunks.insert(chunks.begin() + 1, std::begin(added), std::end(added));
+  }
+  return out;
+}
+
+bool is_layout(const Bytes &stream, const Place &place, uint16_t track) {
+  return place.type == FVV_CHUNK_TILES && stream[place.offset + 4] & FVV_FLAG_KEY &&
+         stream[place.offset + 6] == track;
+}
+
+// Groups whose layout is an error; that of each other is the one that was written.
+size_t groups_without_layout(const Bytes &bytes) {
+  const Opened file(bytes);
+  REQUIRE(file.status == FVV_OK);
+  REQUIRE(fvv_stream_group_count(file.stream) == 5);
+  size_t wrong = 0;
+  for (size_t group = 0; group < 5; group++)
+    if (ask(file.stream, group).first == FVV_OK)
+      expect_group(file.stream, int(group));
+    else
+      wrong++;
+  return wrong;
+}
+
+} // namespace
+
+TEST_CASE("a damaged chunk that is no layout of the track costs no layout") {
+  const Bytes good = write(crowded_stream());
+  const std::vector<Place> places = chunks_of(good);
+  const size_t index = places[places.size() - 2].offset;
+  size_t groups = 0, payloads = 0, headers = 0;
+  Place group{}, end{};
+  for (size_t i = 0; i < places.size(); i++) {
+    const Place &place = places[i];
+    if (place.type == FVV_CHUNK_GROUP) {
+      group = place;
+      groups++;
+      size_t last = i;
+      while (places[last].type != FVV_CHUNK_GROUP_END) last++;
+      end = places[last];
+    }
+    if (!groups || place.offset <= group.offset || place.offset >= end.offset) continue;
+    INFO("chunk at " << place.offset);
+    const bool is_own = is_layout(good, place, video);
+    // Without an index, and with one that names a group whose table is damaged.
+    for (const bool cut : {true, false}) {
+      Bytes bad = good;
+      bad[place.offset + 33] ^= 1;
+      if (cut)
+        bad.resize(index);
+      else
+        bad[end.offset + 40] ^= 1;
+      CHECK(groups_without_layout(bad) == (is_own ? 1 : 0));
+      payloads++;
+      // Another one of the group.
+      if (places[i + 1].offset < end.offset && !is_own && !is_layout(good, places[i + 1], video)) {
+        bad[places[i + 1].offset + 33] ^= 1;
+        CHECK(groups_without_layout(bad) == 0);
+      }
+    }
+    // Without its header it may be the layout, if it is before the first sample and none is there.
+    Bytes bad(good.begin(), good.begin() + std::ptrdiff_t(index));
+    bad[place.offset + 3] ^= 1;
+    const bool has_own = std::any_of(places.begin(), places.end(), [&](const Place &one) {
+      return one.offset > group.offset && one.offset < end.offset && is_layout(good, one, video);
+    });
+    bool is_before = false;
+    for (size_t k = i + 1; places[k].offset < end.offset; k++)
+      is_before |= places[k].type == FVV_CHUNK_VIDEO_PACKET && good[places[k].offset + 6] == video;
+    bool is_first = true;
+    for (size_t k = i; places[k].type != FVV_CHUNK_GROUP; k--)
+      is_first &= k == i || places[k].type != FVV_CHUNK_VIDEO_PACKET || good[places[k].offset + 6] != video;
+    CHECK(groups_without_layout(bad) == (is_own || (!has_own && is_before && is_first) ? 1 : 0));
+    headers++;
+  }
+  CHECK((groups == 5 && payloads == 2 * headers && headers > 35));
 }
 
 TEST_CASE("a cut stream keeps the layouts that it has") {

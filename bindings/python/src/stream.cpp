@@ -242,9 +242,13 @@ Stream::Located Stream::locate(size_t i) {
   // Only now it is known whether the group's table is valid.
   const fvv_group_info &group = *fvv_stream_group(stream.get(), place.plan.group);
   if (!place.plan.complete || !group.intact) {
-    const demux::Survey::Group found = survey.group(group.offset);
-    if (inside >= found.whole) {
-      if (found.reason.status) throw Failure(found.reason, source.name());
+    const fvv_configuration &configuration = configuration_of(place.plan.group);
+    const auto matters = [&](uint16_t id) {
+      return !fvv_configuration_track(&configuration, id) || in_rung(configuration, id, rung);
+    };
+    fvv_diagnostic why = {};
+    if (inside >= survey.group(group.offset).frames_of(matters, why)) {
+      if (why.status) throw Failure(why, source.name());
       throw Failure(FVV_ERROR_TRUNCATED, "the stream ends within the frame's group", source.name());
     }
   }

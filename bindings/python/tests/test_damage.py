@@ -128,6 +128,31 @@ def test_a_group_whose_configuration_is_lost_has_that_of_a_repetition():
         assert damaged_clip.problems
 
 
+def test_without_an_index_a_damaged_chunk_of_another_rung_costs_nothing(players):
+    """Also before a group's first picture, where the layout of the pictures might be lost."""
+
+    def shown(frame):
+        return frame.mesh.lattice.tobytes(), frame.pictures[2].pixels.tobytes()
+
+    content = players.read_bytes()
+    content = content[: content.rindex(b"INDX")]
+    with fvv.open(content) as clip:
+        best, other = (set(rung.tracks) for rung in clip.rungs)
+        expected = [shown(frame) for frame in clip]
+    at, tried, first = 24, 0, content.index(b"GRUP")
+    for chunk in container.chunks(content):
+        middle, at = at + 32 + len(chunk.payload) // 2, at + 32 + (len(chunk.payload) + 7) // 8 * 8
+        if at < first or chunk.time or chunk.track not in best ^ other:
+            continue
+        with fvv.open(flipped(content, middle)) as clip:
+            if chunk.track in other:
+                assert [shown(frame) for frame in clip] == expected and clip.problems
+                tried += 1
+            elif chunk.kind in (b"MESH", b"VPKT"):
+                assert [frame.intact for frame in clip] == [False] * 5 + [True] * 7
+    assert tried
+
+
 def test_damaged_pictures(players):
     content = players.read_bytes()
     with fvv.open(content) as clip:

@@ -67,9 +67,9 @@ enum { BLOCK_SIZE = 1 << 18 };
 
 typedef struct scan_state {
   fvv_file *file;
-  fvv_bytes *chunks; /* fvv_chunk_info of intact frame chunks */
-  fvv_bytes index;   /* fvv_index_entry of an intact INDX chunk */
-  fvv_bytes blocks;  /* of that chunk: fvv_index_block */
+  fvv_file_table *found;
+  fvv_bytes index;  /* fvv_index_entry of an intact INDX chunk */
+  fvv_bytes blocks; /* of that chunk: fvv_index_block */
   uint64_t configuration_offset;
   uint32_t digest; /* of the block that is read */
   int in_block, whole_file;
@@ -135,6 +135,13 @@ static fvv_status take_group(scan_state *s, const fvv_event *event) {
   return fvv_bytes_append(&f->entries, &entry, sizeof entry);
 }
 
+static fvv_status list_chunk(fvv_bytes *list, const fvv_event *event) {
+  const fvv_chunk_header *header = &event->chunk;
+  const fvv_chunk_info info = {event->offset, header->size,  header->time,
+                               header->type,  header->track, header->flags};
+  return fvv_bytes_append(list, &info, sizeof info);
+}
+
 static fvv_status take_chunk(scan_state *s, const fvv_event *event) {
   fvv_file *f = s->file;
   const fvv_chunk_header *header = &event->chunk;
@@ -150,10 +157,9 @@ static fvv_status take_chunk(scan_state *s, const fvv_event *event) {
     const fvv_status status = list_block(s, s->configuration_offset);
     if (status < 0) return status;
   }
-  if (place == FVV_PLACE_FRAME || (place == FVV_PLACE_UNKNOWN && event->group_intact)) {
-    const fvv_chunk_info info = {event->offset, header->size,  header->time,
-                                 header->type,  header->track, header->flags};
-    return fvv_bytes_append(s->chunks, &info, sizeof info);
+  if (place == FVV_PLACE_FRAME || place == FVV_PLACE_UNKNOWN) {
+    const int listed = place == FVV_PLACE_FRAME || event->group_intact;
+    return list_chunk(listed ? &s->found->chunks : &s->found->unlisted, event);
   }
   if (!s->whole_file) return FVV_OK;
   fvv_diagnostic ignored = {0};
@@ -182,14 +188,24 @@ static fvv_status take_chunk(scan_state *s, const fvv_event *event) {
   }
 }
 
+static fvv_status take_damage(scan_state *s, const fvv_event *event) {
+  fvv_status status = FVV_OK;
+  if (s->whole_file)
+    status = fvv_bytes_append(&s->file->damage, &event->diagnostic, sizeof event->diagnostic);
+  const fvv_place place = fvv_chunk_place(event->chunk.type, event->chunk.flags);
+  if (status == FVV_OK && event->has_chunk && (place == FVV_PLACE_FRAME || place == FVV_PLACE_UNKNOWN))
+    status = list_chunk(&s->found->unlisted, event);
+  return status;
+}
+
 static fvv_status scan_events(scan_state *s, fvv_reader *reader, fvv_diagnostic *diagnostic) {
   fvv_event event;
   fvv_status status;
   while ((status = fvv_reader_next(reader, &event, diagnostic)) == FVV_OK) {
     if (event.kind == FVV_EVENT_CHUNK)
       status = take_chunk(s, &event);
-    else if (event.kind == FVV_EVENT_DAMAGE && s->whole_file)
-      status = fvv_bytes_append(&s->file->damage, &event.diagnostic, sizeof event.diagnostic);
+    else if (event.kind == FVV_EVENT_DAMAGE)
+      status = take_damage(s, &event);
     if (status < 0) return fvv_fail(diagnostic, status, 0, 0, event.offset, "%s", fvv_status_text(status));
   }
   return status;
@@ -222,8 +238,8 @@ static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_
 
 /* Counts the frames among the scanned chunks of each group, for groups without a usable table. */
 static void count_frames(fvv_file *f) {
-  const fvv_chunk_info *chunks = (const fvv_chunk_info *)f->scanned.data;
-  const size_t chunk_count = f->scanned.size / sizeof *chunks;
+  const fvv_chunk_info *chunks = (const fvv_chunk_info *)f->scanned.chunks.data;
+  const size_t chunk_count = f->scanned.chunks.size / sizeof *chunks;
   fvv_index_entry *entries = (fvv_index_entry *)f->entries.data;
   size_t c = 0;
   for (size_t g = 0; g < group_count(f); g++) {
@@ -283,7 +299,8 @@ static fvv_status join_index(fvv_file *f, const fvv_bytes *index) {
 /* Reads the whole stream and fills entries, scanned and damage. */
 static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  file->entries.size = file->listed.size = file->damage.size = file->scanned.size = 0;
+  file->entries.size = file->listed.size = file->damage.size = 0;
+  file->scanned.chunks.size = file->scanned.unlisted.size = 0;
   scan_state state = {
       file, &file->scanned, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 1};
   fvv_status status = scan_range(&state, 0, file->input.size, diagnostic);
@@ -297,11 +314,12 @@ static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
   return status;
 }
 
-/* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. Where
+/* Reads one group's bytes and lists the chunks in them: for a group whose own table is damaged. Where
  * one has a time of another group, all belong to that one. */
-static fvv_status scan_group(fvv_file *file, const fvv_group_info *group, fvv_bytes *chunks,
+static fvv_status scan_group(fvv_file *file, const fvv_group_info *group, fvv_file_table *table,
                              fvv_diagnostic *diagnostic) {
-  scan_state state = {file, chunks, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 0};
+  fvv_bytes *chunks = &table->chunks;
+  scan_state state = {file, table, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 0};
   chunks->size = 0;
   const fvv_status status = scan_range(&state, group->offset, group->size, diagnostic);
   const fvv_chunk_info *chunk = (const fvv_chunk_info *)chunks->data;
@@ -353,7 +371,7 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
   f->index_state = status == FVV_OK ? FVV_INDEX_PRESENT : FVV_INDEX_REBUILT;
   if (status < 0) status = rebuild(f, diagnostic);
   if (status < 0) return status;
-  const size_t size = group_count(f) * sizeof(fvv_bytes *);
+  const size_t size = group_count(f) * sizeof(fvv_file_table *);
   status = fvv_bytes_reserve(&f->tables, size);
   if (status < 0) return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");
   if (size) memset(f->tables.data, 0, size);
@@ -361,12 +379,12 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
   return FVV_OK;
 }
 
-enum { LIST_COUNT = 7 };
+enum { LIST_COUNT = 8 };
 
 /* Everything that grows; freed when the file is closed. */
 static void lists_of(fvv_file *f, fvv_bytes *lists[LIST_COUNT]) {
-  fvv_bytes *const all[LIST_COUNT] = {&f->entries, &f->tables,  &f->listed, &f->blocks,
-                                      &f->damage,  &f->scanned, &f->buffer};
+  fvv_bytes *const all[LIST_COUNT] = {&f->entries, &f->tables,         &f->listed,           &f->blocks,
+                                      &f->damage,  &f->scanned.chunks, &f->scanned.unlisted, &f->buffer};
   memcpy(lists, all, sizeof all);
 }
 
@@ -392,9 +410,10 @@ fvv_status fvv_file_open(const fvv_input *input, const fvv_limits *limits, const
   return FVV_OK;
 }
 
-static void release_table(fvv_file *f, fvv_bytes **table) {
+static void release_table(fvv_file *f, fvv_file_table **table) {
   if (!*table) return;
-  fvv_bytes_free(*table);
+  fvv_bytes_free(&(*table)->chunks);
+  fvv_bytes_free(&(*table)->unlisted);
   fvv_release(&f->allocator, *table, sizeof **table);
   *table = NULL;
 }
@@ -402,8 +421,8 @@ static void release_table(fvv_file *f, fvv_bytes **table) {
 void fvv_file_close(fvv_file *file) {
   if (!file) return;
   const fvv_allocator allocator = file->allocator;
-  for (size_t i = 0; i < file->tables.size / sizeof(fvv_bytes *); i++)
-    release_table(file, (fvv_bytes **)file->tables.data + i);
+  for (size_t i = 0; i < file->tables.size / sizeof(fvv_file_table *); i++)
+    release_table(file, (fvv_file_table **)file->tables.data + i);
   for (size_t i = 0; i < file->blocks.size / sizeof(fvv_file_block *); i++) {
     fvv_file_block *block = ((fvv_file_block **)file->blocks.data)[i];
     fvv_bytes_free(&block->chunks);
@@ -466,34 +485,35 @@ static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_byte
 }
 
 /* After rebuilding, a group's chunks are those scanned within its bytes. */
-static fvv_status pick_scanned(const fvv_file *f, const fvv_group_info *group, fvv_bytes *chunks) {
-  const fvv_chunk_info *all = (const fvv_chunk_info *)f->scanned.data;
-  const size_t count = f->scanned.size / sizeof *all;
+static fvv_status pick_scanned(const fvv_bytes *scanned, const fvv_group_info *group, fvv_bytes *chunks) {
+  const fvv_chunk_info *all = (const fvv_chunk_info *)scanned->data;
+  const size_t count = scanned->size / sizeof *all;
   const size_t low = first_from(all, count, sizeof *all, group->offset);
   size_t high = low;
   while (high < count && all[high].offset - group->offset < group->size) high++;
-  fvv_status status = fvv_bytes_reserve(chunks, 1);
-  if (status == FVV_OK && high > low)
-    status = fvv_bytes_append(chunks, all + low, (high - low) * sizeof *all);
-  return status;
+  return high > low ? fvv_bytes_append(chunks, all + low, (high - low) * sizeof *all) : FVV_OK;
 }
 
 /* The chunks of a group: as its table lists them, else those that are found in its bytes. */
-static fvv_status fill_table(fvv_file *f, fvv_index_entry *entry, fvv_bytes **table,
+static fvv_status fill_table(fvv_file *f, fvv_index_entry *entry, fvv_file_table **made,
                              fvv_diagnostic *diagnostic) {
-  *table = fvv_allocate_zeroed(&f->allocator, sizeof **table);
-  if (!*table) return FVV_ERROR_MEMORY;
-  (*table)->allocator = f->allocator;
-  if (f->index_state == FVV_INDEX_REBUILT) return pick_scanned(f, &entry->group, *table);
+  fvv_file_table *table = *made = fvv_allocate_zeroed(&f->allocator, sizeof *table);
+  if (!table) return FVV_ERROR_MEMORY;
+  table->chunks.allocator = table->unlisted.allocator = f->allocator;
+  fvv_status status = fvv_bytes_reserve(&table->chunks, 1);
+  if (f->index_state == FVV_INDEX_REBUILT) {
+    if (status == FVV_OK) status = pick_scanned(&f->scanned.chunks, &entry->group, &table->chunks);
+    if (status == FVV_OK) status = pick_scanned(&f->scanned.unlisted, &entry->group, &table->unlisted);
+    return status;
+  }
   fvv_diagnostic why = {0};
-  fvv_status status = fvv_bytes_reserve(*table, 1);
-  if (status == FVV_OK) status = load_table(f, entry, *table, &why);
+  if (status == FVV_OK) status = load_table(f, entry, &table->chunks, &why);
   if (status <= FVV_ERROR_DAMAGED && status != FVV_ERROR_LIMIT) {
     entry->group.intact = 0;
     status = fvv_bytes_append(&f->damage, &why, sizeof why);
     /* Another group is here, of which the listed bytes may be a part. */
     if (status < 0 || why.issue == FVV_ISSUE_INDEX) return status;
-    return scan_group(f, &entry->group, *table, diagnostic);
+    return scan_group(f, &entry->group, table, diagnostic);
   }
   if (status < 0 && diagnostic) *diagnostic = why;
   return status;
@@ -507,7 +527,7 @@ fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_i
   if (group >= group_count(file))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "group %zu of %zu", group, group_count(file));
   fvv_index_entry *entry = entry_at(file, group);
-  fvv_bytes **table = (fvv_bytes **)file->tables.data + group;
+  fvv_file_table **table = (fvv_file_table **)file->tables.data + group;
   if (!*table) {
     const fvv_status status = fill_table(file, entry, table, diagnostic);
     if (status < 0) {
@@ -515,9 +535,16 @@ fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_i
       return fvv_fail(diagnostic, status, 0, 0, entry->group.offset, "%s", fvv_status_text(status));
     }
   }
-  *chunks = (const fvv_chunk_info *)(*table)->data;
-  *count = (*table)->size / sizeof **chunks;
+  *chunks = (const fvv_chunk_info *)(*table)->chunks.data;
+  *count = (*table)->chunks.size / sizeof **chunks;
   return FVV_OK;
+}
+
+void fvv_file_unlisted_chunks(const fvv_file *file, size_t group, const fvv_chunk_info **chunks,
+                              size_t *count) {
+  const fvv_file_table *table = ((fvv_file_table **)file->tables.data)[group];
+  *chunks = (const fvv_chunk_info *)table->unlisted.data;
+  *count = table->unlisted.size / sizeof **chunks;
 }
 
 fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info, const uint8_t **payload,

@@ -19,18 +19,25 @@ typedef struct fvv_file_block {
   fvv_diagnostic why; /* not ended: what follows the last intact chunk */
 } fvv_file_block;
 
+/* The chunks of a group, each list of fvv_chunk_info by offset. */
+typedef struct fvv_file_table {
+  fvv_bytes chunks;
+  fvv_bytes unlisted; /* found by scanning: of these the header alone is intact, or they are of an unknown
+                         type and follow damage */
+} fvv_file_table;
+
 typedef struct fvv_file {
   fvv_allocator allocator;
   fvv_limits limits;
   fvv_input input;
   fvv_index_state index_state;
-  fvv_bytes entries; /* fvv_index_entry, by offset */
-  fvv_bytes tables;  /* fvv_bytes * for each entry, of fvv_chunk_info; NULL: not loaded */
-  fvv_bytes listed;  /* fvv_index_block, by offset: those of the index, or found by scanning */
-  fvv_bytes blocks;  /* fvv_file_block *, that were read */
-  fvv_bytes damage;  /* fvv_diagnostic */
-  fvv_bytes scanned; /* rebuilt: fvv_chunk_info of every intact frame chunk, by offset */
-  fvv_bytes buffer;  /* the chunk read last */
+  fvv_bytes entries;      /* fvv_index_entry, by offset */
+  fvv_bytes tables;       /* fvv_file_table * for each entry; NULL: not loaded */
+  fvv_bytes listed;       /* fvv_index_block, by offset: those of the index, or found by scanning */
+  fvv_bytes blocks;       /* fvv_file_block *, that were read */
+  fvv_bytes damage;       /* fvv_diagnostic */
+  fvv_file_table scanned; /* rebuilt: of all groups */
+  fvv_bytes buffer;       /* the chunk read last */
 } fvv_file;
 
 FVV_MUST_USE fvv_status fvv_file_open(const fvv_input *input, const fvv_limits *limits,
@@ -44,6 +51,9 @@ size_t fvv_file_group_count(const fvv_file *file);
 const fvv_group_info *fvv_file_group(const fvv_file *file, size_t i);
 FVV_MUST_USE fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_info **chunks,
                                               size_t *count, fvv_diagnostic *diagnostic);
+/* What is known of chunks that fvv_file_group_chunks, which was called for the group, does not list. */
+void fvv_file_unlisted_chunks(const fvv_file *file, size_t group, const fvv_chunk_info **chunks,
+                              size_t *count);
 /* fvv_stream_configuration_chunks */
 FVV_MUST_USE fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_info **chunks,
                                                size_t *count, fvv_diagnostic *diagnostic);

@@ -36,5 +36,6 @@ struct fvv_stream {
 /* The chunk that fvv_stream_environment decodes. FVV_END: there is none. */
 FVV_MUST_USE fvv_status fvv_stream_find_environment(fvv_stream *stream, size_t group, uint16_t track,
                                                     const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic);
+void fvv_stream_release_environment(fvv_stream *stream);
 
 #endif
