@@ -23,14 +23,31 @@ class Writable(Protocol):
 Target = Union[str, "os.PathLike[str]", Writable, Callable[[bytes], Any]]
 
 
+# What most file systems take, in bytes.
+_LONGEST_NAME = 255
+
+
 def _beside(path: str) -> str:
     """A free name in the folder of path."""
     folder, name = os.path.split(path)
     for i in range(10000):
-        found = os.path.join(folder, f".{name}.{os.getpid()}-{i}.partial")
+        end = f".{os.getpid()}-{i}.partial"
+        # A name as long as the file system takes leaves no room for more.
+        begin = os.fsencode(name)[: _LONGEST_NAME - 1 - len(end)].decode(errors="ignore")
+        found = os.path.join(folder, f".{begin}{end}")
         if not os.path.lexists(found):
             return found
     raise FileExistsError(f"{folder}: no free name for a temporary file")
+
+
+def _flush_folder(path: str) -> None:
+    """Names in the folder of path are on the disk when this returns, where the file system can say so."""
+    with contextlib.suppress(OSError):
+        folder = os.open(os.path.dirname(path), os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
 
 
 class FileOutput:
@@ -60,6 +77,8 @@ class FileOutput:
         self.temporary = _beside(self._path)
         self._file = open(self.temporary, "xb")  # noqa: SIM115
         if found is not None:
+            with contextlib.suppress(OSError):  # root alone may keep the owner of others
+                os.chown(self.temporary, found.st_uid, found.st_gid)
             os.chmod(self.temporary, stat.S_IMODE(found.st_mode))
 
     def write(self, data: bytes | memoryview) -> None:
@@ -90,9 +109,11 @@ class FileOutput:
             else:
                 os.unlink(self.temporary)
                 self.temporary = None
+                _flush_folder(self._path)
                 return
         os.replace(self.temporary, self._path)
         self.temporary = None
+        _flush_folder(self._path)
 
     def _exists(self) -> UsageError:
         return UsageError(f"{self.name}: already exists; force=True replaces it", file=self.name)
@@ -166,9 +187,22 @@ class FolderOutput:
             self._check_own()  # files may have been added while the run went on
             former = _beside(self._path)
             os.rename(self._path, former)
-            os.rename(self.temporary, self._path)
+            try:
+                os.rename(self.temporary, self._path)
+            except OSError:
+                self._take_back(former)
+                raise
             shutil.rmtree(former)
         self.temporary = None
+        _flush_folder(self._path)
+
+    def _take_back(self, former: str) -> None:
+        try:
+            os.rename(former, self._path)
+        except OSError as error:
+            raise OSError(
+                error.errno, f"{error.strerror}: what {self.name} was before is now {former}", self.name
+            ) from error
 
     def discard(self) -> None:
         """Removes what was written. May be called again, and after `commit`."""
