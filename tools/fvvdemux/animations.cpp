@@ -64,15 +64,19 @@ private:
     const size_t place = group.frame + size_t(frame.number - group.number);
     fvv::check(fvv_stream_mesh(stream, place, track->id, &mesh, &diagnostic),
                "frame " + std::to_string(frame.number), diagnostic);
+    std::vector<uint8_t> colours;
+    fvv::check(colours_of(stream, *configuration, place, track->id, colours, diagnostic),
+               "frame " + std::to_string(frame.number), diagnostic);
     const fvv_scene &now = configuration->scene;
-    if (!run.frames.empty() && (!is_same_place(scene, now) || !goes_on(mesh, seconds(frame)))) finish();
+    if (!run.frames.empty() && (!is_same_place(scene, now) || !goes_on(mesh, colours, seconds(frame))))
+      finish();
     if (run.frames.empty()) {
       scene = now;
       start = frame.time;
       first = frame.number;
       find_picture(*configuration, frame.number);
     }
-    append_frame(mesh, seconds(frame), digits(frame.number), run);
+    append_frame(mesh, colours, seconds(frame), digits(frame.number), run);
     last = frame.number;
   }
 
@@ -81,11 +85,11 @@ private:
            scene.time_base.denominator;
   }
 
-  bool goes_on(const fvv_mesh &mesh, double time) const {
+  bool goes_on(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, double time) const {
     const uint64_t bytes = uint64_t(mesh.vertex_count) * 3 * sizeof(float) * (mesh.normals ? 2 : 1);
     return run.frames.size() < most_frames && bytes * (run.frames.size() + 1) <= most_bytes &&
            float(time) > float(std::max(run.frames.back().time, run.frames.back().held_until)) &&
-           is_of_run(mesh, run);
+           is_of_run(mesh, colours, run);
   }
 
   // The picture of the atlas that the run's first frame has in the folder.

@@ -57,8 +57,8 @@ class GroupDecoder {
 public:
   GroupDecoder(fvv_stream *opened, const fvv_configuration &configuration, const Options &chosen,
                size_t first_frame, const FileName &file_name, cli::OutputFolder &to)
-      : stream(opened), first(first_frame), scene(configuration.scene), options(chosen), name(file_name),
-        folder(to) {
+      : stream(opened), configured(configuration), first(first_frame), scene(configuration.scene),
+        options(chosen), name(file_name), folder(to) {
     for (size_t i = 0; i < configuration.camera_count; i++) {
       const fvv_camera &camera = configuration.cameras[i];
       if (camera.flags & FVV_CAMERA_MOVES && options.cameras.has(camera.id)) moving.push_back(camera.id);
@@ -107,6 +107,11 @@ public:
       if (decoded < 0) return why_lost(decoded, diagnostic);
       has_mesh = decoded == FVV_OK;
     }
+    std::vector<uint8_t> colours;
+    if (has_mesh) {
+      const fvv_status found = colours_of(stream, configured, frame, *mesh_track, colours, diagnostic);
+      if (found < 0) return why_lost(found, diagnostic);
+    }
     if (!why.empty()) return why;
     const bool empty = mesh_track && !has_mesh && !has_valid_mesh(frame);
     const int64_t end = fvv_stream_group(stream, info.group)->end;
@@ -120,7 +125,7 @@ public:
       camera.name_size = 0;
       if (found == FVV_OK) out.moving[id] = camera;
     }
-    if (has_mesh) write(mesh, number, pictures);
+    if (has_mesh) write(mesh, colours, number, pictures);
     for (size_t i = 0; i < tracks.size(); i++)
       if (pictures[i])
         std::visit([&](const auto &picture) { write(tracks[i].shown, picture, number); }, *pictures[i]);
@@ -142,7 +147,7 @@ private:
     return extension_of(files_of(options.pictures, tracks[track].shown.video->config));
   }
 
-  void write(const fvv_mesh &coded, int64_t number,
+  void write(const fvv_mesh &coded, const std::vector<uint8_t> &colours, int64_t number,
              const std::vector<std::shared_ptr<const VideoFrame>> &pictures) const {
     const geometry::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
     const std::string file = name("meshes", number, extension_of(options.meshes));
@@ -159,13 +164,13 @@ private:
             },
             *pictures[track]);
       scene::MeshRun run;
-      append_frame(coded, 0, "", run);
+      append_frame(coded, colours, 0, "", run);
       folder.write(file, format_glb(std::move(run), lattice, scene.up_axis, texture, options.compression,
                                     folder.shown(file)));
       return;
     }
     const geometry::Mesh mesh = in_metres(coded, lattice);
-    std::string bytes = scene::format_mesh(mesh, lattice, folder.shown(file));
+    std::string bytes = scene::format_mesh(mesh, lattice, folder.shown(file), colours);
     if (options.meshes == Meshes::obj && atlas && !mesh.texture.empty()) {
       const std::string material = name("meshes", number, "mtl");
       const std::string texture = name(atlas->folder, number, picture_extension(track));
@@ -210,6 +215,7 @@ private:
   }
 
   fvv_stream *stream;
+  const fvv_configuration &configured;
   const size_t first; // frame of the group
   const fvv_scene scene;
   const Options &options;
@@ -257,7 +263,8 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
     const auto matters = [&](uint16_t id) {
       const fvv_track *track = fvv_configuration_track(configuration, id);
       const bool is_written = !track || track->kind == FVV_TRACK_MESH || track->kind == FVV_TRACK_VIDEO ||
-                              track->kind == FVV_TRACK_CALIBRATION;
+                              track->kind == FVV_TRACK_CALIBRATION ||
+                              (track->kind == FVV_TRACK_COLOURS && !configuration->video_count);
       return is_written && in_rung(*configuration, id, options.rung);
     };
     fvv_diagnostic why = {};

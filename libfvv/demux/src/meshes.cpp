@@ -49,22 +49,35 @@ template <class Number> void turn_up(uint8_t up, Number *v) {
 
 } // namespace
 
-bool is_of_run(const fvv_mesh &mesh, const scene::MeshRun &run) {
+fvv_status colours_of(fvv_stream *stream, const fvv_configuration &configuration, size_t frame,
+                      uint16_t mesh_track, std::vector<uint8_t> &colours, fvv_diagnostic &diagnostic) {
+  colours.clear();
+  if (configuration.video_count) return FVV_OK;
+  const uint8_t *found = nullptr;
+  uint32_t count = 0;
+  const fvv_status status = fvv_stream_colours(stream, frame, mesh_track, &found, &count, &diagnostic);
+  if (status == FVV_OK) colours.assign(found, found + size_t(count) * 3);
+  return status < 0 ? status : FVV_OK;
+}
+
+bool is_of_run(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, const scene::MeshRun &run) {
   const size_t texture = mesh.texture ? size_t(mesh.vertex_count) * 2 : 0;
   const scene::MeshRun::Frame &first = run.frames.at(0);
   return mesh.vertex_count == run.vertex_count() && size_t(mesh.face_count) * 3 == run.faces.size() &&
          texture == run.texture.size() && unsigned(mesh.texture_bits) == run.texture_bits &&
-         !mesh.normals == first.normals.empty() &&
+         !mesh.normals == first.normals.empty() && colours == run.colours &&
          std::equal(run.faces.begin(), run.faces.end(), mesh.faces) &&
          std::equal(run.texture.begin(), run.texture.end(), mesh.texture);
 }
 
-void append_frame(const fvv_mesh &mesh, double time, const std::string &name, scene::MeshRun &run) {
+void append_frame(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, double time,
+                  const std::string &name, scene::MeshRun &run) {
   const size_t count = size_t(mesh.vertex_count) * 3;
   if (run.frames.empty()) {
     run.faces.assign(mesh.faces, mesh.faces + size_t(mesh.face_count) * 3);
     if (mesh.texture) run.texture.assign(mesh.texture, mesh.texture + size_t(mesh.vertex_count) * 2);
     run.texture_bits = mesh.texture_bits;
+    run.colours = colours;
   }
   scene::MeshRun::Frame frame;
   frame.positions.assign(mesh.lattice, mesh.lattice + count);

@@ -127,10 +127,11 @@ std::string read_mesh_picture(const std::string &path) {
   return atlas_picture(faces, path);
 }
 
-std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name) {
+std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name,
+                        const std::vector<uint8_t> &colours) {
   const std::string extension = extension_of(name);
-  if (extension == ".obj") return format_obj(mesh, name);
-  if (extension == ".ply") return format_ply(mesh, name);
+  if (extension == ".obj") return format_obj(mesh, name, colours);
+  if (extension == ".ply") return format_ply(mesh, name, colours);
   if (extension == ".drc") return format_drc(mesh, lattice, name);
   fail_extension(name, extension, ".obj, .ply or .drc");
 }

@@ -447,7 +447,7 @@ ObjMaterials parse_obj_materials(std::string_view bytes, const std::string &name
   }
 }
 
-std::string format_obj(const Mesh &mesh, const std::string &name) {
+std::string format_obj(const Mesh &mesh, const std::string &name, const std::vector<uint8_t> &colours) {
   geometry::check(mesh, name);
   std::string out;
   for (size_t i = 0; i < mesh.positions.size(); i += 3) {
@@ -455,6 +455,10 @@ std::string format_obj(const Mesh &mesh, const std::string &name) {
     for (size_t axis = 0; axis < 3; axis++) {
       out += ' ';
       append_double(out, mesh.positions[i + axis]);
+    }
+    for (size_t channel = 0; !colours.empty() && channel < 3; channel++) {
+      out += ' ';
+      append_double(out, colours[i + channel] / 255.0);
     }
     out += '\n';
   }

@@ -188,3 +188,60 @@ def test_a_scan_looks_like_the_scan(tmp_path):
     done = run("fvvmux", "--meshes", tmp_path / "scan.ply", "-o", tmp_path / "o.fvv", "--json")
     colours = json.loads(done.stdout)["colours"]
     assert colours["sent"] and colours["psnr"] > 42 and colours["not_shown"] == 0
+
+
+@pytest.fixture(scope="module")
+def scanned(tmp_path_factory):
+    """A sphere with colours of vertices, its stream, and places and colours of the file."""
+    folder = tmp_path_factory.mktemp("scanned")
+    body = trimesh.creation.icosphere(subdivisions=3)
+    colours = np.clip(127 + 120 * np.sin(3 * body.vertices), 0, 255).astype(np.uint8)
+    body.visual.vertex_colors = np.c_[colours, np.full(len(colours), 255)]
+    body.export(folder / "scan.ply")
+    run("fvvmux", "--meshes", folder / "scan.ply", "-o", folder / "o.fvv", "--keep-geometry")
+    return folder / "o.fvv", np.asarray(body.vertices), colours
+
+
+def in_file(path):
+    """Places and display colours of vertices."""
+    if path.suffix != ".glb":
+        mesh = trimesh.load(path, process=False, force="mesh")
+        return np.asarray(mesh.vertices), np.asarray(mesh.visual.vertex_colors, float)[:, :3]
+    content = path.read_bytes()
+    size = struct.unpack_from("<I", content, 12)[0]
+    document, binary = json.loads(content[20 : 20 + size]), content[28 + size :]
+    attributes = document["meshes"][0]["primitives"][0]["attributes"]
+
+    def array(name):
+        accessor = document["accessors"][attributes[name]]
+        view = document["bufferViews"][accessor["bufferView"]]
+        begin = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        return np.frombuffer(binary, "<f4", 3 * accessor["count"], begin).reshape(-1, 3).astype(float)
+
+    light = array("COLOR_0")
+    return array("POSITION"), 255 * np.where(
+        light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055
+    )
+
+
+@pytest.mark.parametrize("kind", ["ply", "obj", "glb", "gltf", "meshopt"])
+def test_colours_come_back(scanned, tmp_path, kind):
+    stream, places, colours = scanned
+    how = ["--meshes", kind] if kind != "meshopt" else ["--meshes", "glb", "--compress", "meshopt"]
+    run("fvvdemux", stream, "-o", tmp_path / "out", *how)
+    [path] = [p for p in (tmp_path / "out/meshes").iterdir() if p.suffix in (".ply", ".obj", ".glb")]
+    if kind in ("ply", "meshopt"):  # packed again, and, where others cannot read it, unpacked
+        again = ["--meshes", path, "-o", tmp_path / "again.fvv", "--keep-geometry", "--json"]
+        assert json.loads(run("fvvmux", *again).stdout)["colours"]["sent"]
+    if kind == "meshopt":
+        run("fvvdemux", tmp_path / "again.fvv", "-o", tmp_path / "plain")
+        path = tmp_path / "plain/meshes/0000.ply"
+    where, found = in_file(path)
+    near = [int(np.argmin(((places - p) ** 2).sum(1))) for p in where]
+    assert len(near) == len(places) and np.sqrt(((found - colours[near]) ** 2).mean()) < 4
+
+
+def test_meshes_that_have_pictures_get_no_colours(eight_frames, tmp_path):
+    run("fvvmux", eight_frames, "-o", tmp_path / "s.fvv", "--frames", "0-0", "--colours", "on")
+    run("fvvdemux", tmp_path / "s.fvv", "-o", tmp_path / "out")
+    assert b"red" not in (tmp_path / "out/meshes/0000.ply").read_bytes()[:600]

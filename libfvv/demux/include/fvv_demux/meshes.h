@@ -19,11 +19,17 @@ geometry::Lattice lattice_of(const double origin[3], double step);
 // mesh lies on the lattice. The order of vertices and faces does not change.
 geometry::Mesh in_metres(const fvv_mesh &mesh, const geometry::Lattice &lattice);
 
-// Whether a mesh has the faces and texture coordinates of a run, and normals if that has some.
-bool is_of_run(const fvv_mesh &mesh, const scene::MeshRun &run);
-// Appends a frame to a run; the first one determines its faces and texture coordinates. time, name: as in
-// MeshRun.
-void append_frame(const fvv_mesh &mesh, double time, const std::string &name, scene::MeshRun &run);
+// The colours of the vertices of a mesh track's frame, R G B each, where they are what the surface looks
+// like: in streams without video. Else, and where the frame has none, empty.
+fvv_status colours_of(fvv_stream *stream, const fvv_configuration &configuration, size_t frame,
+                      uint16_t mesh_track, std::vector<uint8_t> &colours, fvv_diagnostic &diagnostic);
+
+// Whether a mesh has the faces, texture coordinates and colours of a run, and normals if that has some.
+bool is_of_run(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, const scene::MeshRun &run);
+// Appends a frame to a run; the first one determines its faces, texture coordinates and colours. time, name:
+// as in MeshRun.
+void append_frame(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, double time,
+                  const std::string &name, scene::MeshRun &run);
 
 // format_run() of frames on a lattice, turned so that +y is up, as glTF has it; up: FVV_UP_...,
 // FVV_UP_UNKNOWN turns nothing.

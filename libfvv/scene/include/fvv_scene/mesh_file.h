@@ -125,21 +125,24 @@ bool is_empty_mesh(const std::string &path);
 
 // Writers: the bytes of a file, the same for the same mesh everywhere. name: of the file, for messages.
 // Refused: coordinates that are not finite, indices out of range, a mesh without faces. Texture coordinates
-// are written on the axes of the format, and normals, if the mesh has some.
+// are written on the axes of the format, and normals, if the mesh has some. colours: R G B of each vertex,
+// display values, or empty.
 //
-// OBJ: the shortest decimals that read back as the same doubles; a vt and a vn for each v.
-std::string format_obj(const Mesh &mesh, const std::string &name);
+// OBJ: the shortest decimals that read back as the same doubles; a vt and a vn for each v; colours behind the
+// coordinates, as fractions.
+std::string format_obj(const Mesh &mesh, const std::string &name, const std::vector<uint8_t> &colours = {});
 // PLY: binary_little_endian, properties double (x y z, nx ny nz, s t): float would move vertices, and a
-// stream that is unpacked and packed again must give the same lattice points.
-std::string format_ply(const Mesh &mesh, const std::string &name);
+// stream that is unpacked and packed again must give the same lattice points. Colours are uchar.
+std::string format_ply(const Mesh &mesh, const std::string &name, const std::vector<uint8_t> &colours = {});
 // DRC: float32 positions as Draco readers expect them, not quantised, order of vertices and faces kept
 // (sequential coding). A float32 errs by far less than half a step while |coordinate| / step < 2^22: every
 // coordinate is verified to fall onto the same lattice point again, the first that does not is an error.
 // Texture coordinates are float32 too, which holds texture indices of all sizes exactly, and normals.
 std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::string &name);
 
-// OBJ, PLY or DRC by the extension of name. lattice matters to DRC only.
-std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name);
+// OBJ, PLY or DRC by the extension of name. lattice matters to DRC only, which has no colours.
+std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name,
+                        const std::vector<uint8_t> &colours = {});
 // The same into a file.
 void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path);
 

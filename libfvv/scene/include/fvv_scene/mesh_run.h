@@ -11,9 +11,9 @@ namespace fvv::scene {
 
 // One frame or more, with the vertices and faces of each other. positions: indices of a lattice, 3 a vertex.
 // normals: of any frame that has positions, 3 a vertex, or empty in all. texture: indices u v of a vertex, in
-// steps of 2^-texture_bits, v down, or empty. times: of the frames, in seconds, from 0 on, and increasing as
-// float32. held_until: later, before the next frame's time, if the mesh of a frame rests; else not above its
-// time. names: of the frames.
+// steps of 2^-texture_bits, v down, or empty. colours: R G B of a vertex, display values, or empty. times: of
+// the frames, in seconds, from 0 on, and increasing as float32. held_until: later, before the next frame's
+// time, if the mesh of a frame rests; else not above its time. names: of the frames.
 struct MeshRun {
   struct Frame {
     std::vector<int32_t> positions;
@@ -26,6 +26,7 @@ struct MeshRun {
   std::vector<uint32_t> faces;
   std::vector<uint32_t> texture;
   unsigned texture_bits = 0;
+  std::vector<uint8_t> colours;
 
   size_t vertex_count() const { return frames[0].positions.size() / 3; }
 };
@@ -38,10 +39,10 @@ enum class Compression { none, draco, meshopt };
 // their names, and the animation "frames" shows each at its time, and until held_until; between two frames it
 // interpolates. A run
 // of one frame has no animation. picture: a file of PNG or JPEG for texture coordinates, shown without
-// lighting; empty: none, and the mesh is grey. Compressed, vertices have another order and those of no face
-// are left out; with Draco, which takes a run of one frame only, faces have another order too, and with
-// meshopt some begin with another of their corners. Error for a coordinate that a float32 would take to
-// another point of the lattice.
+// lighting; empty: none, and the mesh has its colours (not with Draco), else it is grey. Compressed, vertices
+// have another order and those of no face are left out; with Draco, which takes a run of one frame only,
+// faces have another order too, and with meshopt some begin with another of their corners. Error for a
+// coordinate that a float32 would take to another point of the lattice.
 std::string format_run(const MeshRun &run, const Lattice &lattice, const std::string &picture,
                        Compression compression, const std::string &name);
 

@@ -1,5 +1,6 @@
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/untrusted.h"
+#include "fvv_media/colour.h"
 #include "fvv_scene/mesh_run.h"
 #include "scene/src/drc_points.h"
 #include "scene/src/gltf/writer.h"
@@ -45,6 +46,7 @@ MeshRun in_order_of_use(const MeshRun &run) {
   MeshRun out;
   out.texture_bits = run.texture_bits;
   out.texture = moved(run.texture, 2);
+  out.colours = moved(run.colours, 3);
   for (const MeshRun::Frame &frame : run.frames)
     out.frames.push_back(
         {moved(frame.positions, 3), moved(frame.normals, 3), frame.time, frame.name, frame.held_until});
@@ -61,8 +63,10 @@ public:
     if (compression == Compression::draco && run.frames.size() > 1)
       throw Error(name + ": Draco cannot compress an animation");
     gltf::Surface surface;
+    coloured = picture.empty() && !run.colours.empty() && compression != Compression::draco;
+    surface.unlit = coloured;
     if (picture.empty()) {
-      for (double &channel : surface.colour) channel = 0.5;
+      for (double &channel : surface.colour) channel = coloured ? 1 : 0.5;
     } else {
       surface.image = out.image(picture);
       surface.clamped = surface.unlit = true;
@@ -149,6 +153,7 @@ private:
     Json attributes = {{"POSITION", integers ? integer_positions() : float_positions(source)}};
     if (!source.normals.empty()) attributes["NORMAL"] = out.floats(source.normals, 3, false);
     if (textured) attributes["TEXCOORD_0"] = out.floats(source.texture, 2, false);
+    if (coloured) attributes["COLOR_0"] = out.floats(linear_colours(), 3, false);
     Json primitive = {{"attributes", attributes}, {"indices", out.corners(run.faces)}};
     if (run.frames.size() == 1) return primitive;
     const std::vector<size_t> moved = integers ? integer_targets() : float_targets();
@@ -160,6 +165,14 @@ private:
     }
     primitive["targets"] = targets;
     return primitive;
+  }
+
+  // Colours of glTF are linear light.
+  std::vector<double> linear_colours() const {
+    const std::vector<float> linear = media::linear_of_codes(255);
+    std::vector<double> out_of;
+    for (const uint8_t code : run.colours) out_of.push_back(double(linear[code]));
+    return out_of;
   }
 
   size_t float_positions(const Mesh &source) {
@@ -280,7 +293,7 @@ private:
   const Compression compression;
   const std::string &name;
   gltf::Writer out;
-  bool textured = false, integers = false;
+  bool textured = false, coloured = false, integers = false;
   std::vector<int32_t> least; // position of the integers' zero
 };
 

@@ -454,18 +454,20 @@ Mesh parse_ply_pictures(std::string_view bytes, const std::string &name, const f
   return mesh;
 }
 
-std::string format_ply(const Mesh &mesh, const std::string &name) {
+std::string format_ply(const Mesh &mesh, const std::string &name, const std::vector<uint8_t> &colours) {
   geometry::check(mesh, name);
   const bool has_texture = !mesh.texture.empty(), has_normals = !mesh.normals.empty();
   const std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertex_count()) +
       "\nproperty double x\nproperty double y\nproperty double z\n" +
       (has_normals ? "property double nx\nproperty double ny\nproperty double nz\n" : "") +
-      (has_texture ? "property double s\nproperty double t\n" : "") + "element face " +
-      std::to_string(mesh.face_count()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+      (has_texture ? "property double s\nproperty double t\n" : "") +
+      (colours.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n") +
+      "element face " + std::to_string(mesh.face_count()) +
+      "\nproperty list uchar int vertex_indices\nend_header\n";
   std::string out = header;
   out.resize(header.size() + (mesh.positions.size() + mesh.normals.size() + mesh.texture.size()) * 8 +
-             mesh.face_count() * 13);
+             colours.size() + mesh.face_count() * 13);
   auto *at = reinterpret_cast<uint8_t *>(&out[header.size()]);
   const auto put = [&](double number) {
     store_f64(at, number);
@@ -474,9 +476,12 @@ std::string format_ply(const Mesh &mesh, const std::string &name) {
   for (size_t vertex = 0; vertex < mesh.vertex_count(); vertex++) {
     for (size_t axis = 0; axis < 3; axis++) put(mesh.positions[vertex * 3 + axis]);
     for (size_t axis = 0; has_normals && axis < 3; axis++) put(mesh.normals[vertex * 3 + axis]);
-    if (!has_texture) continue;
-    put(mesh.texture[vertex * 2]);
-    put(1 - mesh.texture[vertex * 2 + 1]);
+    if (has_texture) {
+      put(mesh.texture[vertex * 2]);
+      put(1 - mesh.texture[vertex * 2 + 1]);
+    }
+    for (size_t channel = 0; !colours.empty() && channel < 3; channel++)
+      *at++ = colours[vertex * 3 + channel];
   }
   for (size_t i = 0; i < mesh.faces.size(); i++) {
     if (i % 3 == 0) *at++ = 3;
