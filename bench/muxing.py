@@ -97,6 +97,8 @@ class Muxing:
         for frames in (100, 1000, 3000):
             folder = self.generated(f"long{frames}", *small, "--frames", frames)
             figures[f"mux.peak_mib_{frames}_frames"] = self.packed(folder)[2]
+        grown = figures["mux.peak_mib_3000_frames"] - figures["mux.peak_mib_1000_frames"]
+        figures["mux.bytes_per_frame_of_memory"] = grown * 2**20 / 2000
         large = "--rig", "small", "--cameras", 20, "--size", "1920x1080", "--frames", 30
         figures["mux.peak_mib_20_hd"] = self.packed(self.generated("hd20", *large))[2]
         return figures

@@ -272,7 +272,7 @@ TEST_CASE("meshes in memory and streams of the caller are compared as files are"
   };
   same(Sequence("a", a), Sequence(path_b), expected);
   same(Sequence(path_a), Sequence("b", b), expected);
-  CHECK_THROWS_WITH(Sequence("empty", {}), Contains("empty: no frame has a mesh"));
+  CHECK_THROWS_WITH(Sequence("empty", std::vector<Mesh>{}), Contains("empty: no frame has a mesh"));
 
   const std::string stream = make_stream(folder, path_a, "a.fvv", "0.01");
   const fvv::InputFile file(stream);

@@ -1,5 +1,7 @@
-// The option --max-memory of tools that decode video and pictures of strangers.
+// The option --max-memory of tools that decode files of strangers; that of fvvmux is in the table of fvv_mux.
 #pragma once
+
+#include "fvv_media/memory_limit.h"
 
 #include <CLI/CLI.hpp>
 
@@ -9,8 +11,7 @@
 namespace fvv::cli {
 
 constexpr const char *max_memory_option = "--max-memory";
-// HEVC of 8192 x 4320 with 10 bits takes 2.1 GiB at most.
-constexpr uint64_t max_memory_default = uint64_t(4) << 30;
+constexpr uint64_t max_memory_default = media::default_memory_limit;
 
 // A number of bytes with a unit; CLI11's own validator takes -1 as well.
 inline std::string parse_bytes(std::string &text) {
@@ -19,9 +20,10 @@ inline std::string parse_bytes(std::string &text) {
   return CLI::AsSizeValue(false)(text);
 }
 
-inline void add_max_memory(CLI::App &app, uint64_t &bytes) {
-  app.add_option(max_memory_option, bytes,
-                 "that decoding pictures may take at once: bytes, or with K, M or G (512M); default 4G")
+// what: that is counted.
+inline CLI::Option *add_max_memory(CLI::App &app, uint64_t &bytes,
+                                   const std::string &what = "that decoding pictures may take at once") {
+  return app.add_option(max_memory_option, bytes, what + ": bytes, or with K, M or G (512M); default 4G")
       ->transform(CLI::Validator(parse_bytes, ""))
       ->type_name("SIZE");
 }

@@ -73,7 +73,7 @@ void heatmaps(const Sequence &a, const Sequence &b, const Result &result, uint32
 } // namespace
 
 void run(const Command &command, Result &result) {
-  const Sequence a(command.a), b(command.b);
+  const Sequence a(command.a, command.memory), b(command.b, command.memory);
   // Refused before the work, not after it.
   const cli::Inputs read = [&](const std::function<void(const std::string &)> &visit) {
     for (const Sequence *sequence : {&a, &b}) sequence->visit_files(visit);

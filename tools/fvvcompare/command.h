@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fvv_compare/compare.h"
+#include "fvv_media/memory_limit.h"
 
 namespace fvv::compare {
 
@@ -9,7 +10,8 @@ struct Command : Options {
   std::string a, b;
   std::string table;   // a file for the figures of each frame; empty: none
   std::string heatmap; // a folder for a coloured mesh of each frame; empty: none
-  bool force = false;  // replace them when they exist
+  media::MemoryLimit memory;
+  bool force = false; // replace them when they exist
 };
 
 // Throws Error if nothing can be compared; result has the losses even then. result: empty.

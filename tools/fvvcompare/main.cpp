@@ -1,6 +1,7 @@
 // fvvcompare: how far two sequences of meshes are apart. Argument parsing only.
 #include "cli/cli.h"
 #include "cli/help.h"
+#include "cli/max_memory.h"
 #include "fvv_cxx/range.h"
 #include "fvvcompare/report.h"
 
@@ -76,6 +77,9 @@ int main(int argc, char **argv) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--max-distance", bounds.distance, "exit with 1 when the Hausdorff distance exceeds this")
       ->check(CLI::NonNegativeNumber);
+  options.memory = {cli::max_memory_default, cli::max_memory_option};
+  cli::add_max_memory(app, options.memory.bytes,
+                      "that a mesh file of a capture, or the mesh of a frame of a stream, may take");
   app.add_option("--csv", table, "file for the figures of each frame; - is standard output")
       ->type_name("FILE.csv");
   app.add_option("--heatmap", options.heatmap,

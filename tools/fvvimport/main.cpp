@@ -2,6 +2,7 @@
 // order of work; the formats are fvv_scene's.
 #include "cli/cli.h"
 #include "cli/help.h"
+#include "cli/max_memory.h"
 #include "cli/output.h"
 #include "fvv_scene/import.h"
 #include "fvv_scene/inputs.h"
@@ -249,6 +250,9 @@ int main(int argc, char **argv) {
   app.add_option("--sheet-width", a.sheet.width, "longest side of its panels, at most, in pixels")
       ->check(CLI::Range(120, 2048))
       ->capture_default_str()
+      ->needs(sheet);
+  a.sheet.memory = {cli::max_memory_default, cli::max_memory_option};
+  cli::add_max_memory(app, a.sheet.memory.bytes, "that decoding one file for the sheet may take")
       ->needs(sheet);
   app.add_flag("!--no-meshes", a.sheet.meshes, "outline the hull of the masks in place of the mesh")
       ->needs(sheet);

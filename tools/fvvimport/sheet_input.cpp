@@ -19,6 +19,8 @@ Loaded load(const SheetInput &input, const scene::PictureSource &source, const f
   Loaded out;
   try {
     out.image = input.videos->read(input.capture, source, input.frame, channels);
+  } catch (const media::MemoryError &) {
+    throw;
   } catch (const Error &error) {
     out.problem = error.what();
     return out;
@@ -98,6 +100,7 @@ void leave_out_lost(scene::Capture &capture, int64_t frame, std::vector<std::str
 SheetInput open_capture(const SheetOptions &options) {
   SheetInput input;
   scene::Capture &capture = input.capture = scene::load_capture(scene::description_file(options.capture));
+  capture.memory_limit = options.memory;
   if (options.frames) scene::restrict_frames(capture, *options.frames);
   scene::restrict_cameras(capture, options.cameras);
   if (capture.cameras.empty()) throw Error(capture.path + ": expected at least one camera, found none");
@@ -107,7 +110,7 @@ SheetInput open_capture(const SheetOptions &options) {
   leave_out_lost(capture, input.frame, input.warnings);
   for (const scene::Camera &camera : capture.cameras)
     input.cameras.push_back(camera.calibration_at(input.frame));
-  input.videos = std::make_shared<scene::Videos>(options.threads);
+  input.videos = std::make_shared<scene::Videos>(options.threads, options.memory);
   return input;
 }
 

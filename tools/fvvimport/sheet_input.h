@@ -16,6 +16,7 @@ struct SheetOptions {
   std::vector<std::string> cameras; // identifiers, ranges of them (2-5) or names; empty: all
   bool meshes = true;               // else the hull of the masks is outlined
   uint32_t threads = 1;
+  media::MemoryLimit memory; // of decoding one file
   bool force = false;
 };
 

@@ -138,12 +138,14 @@ cli::Exit cut_up(const mux::Options &options, const Outputs &outputs, bool as_js
 // Of files that a run reads.
 cli::Inputs files_of(const mux::Options &options) {
   return [&](const std::function<void(const std::string &)> &visit) {
-    scene::visit_files(scene::load_capture(options.capture, options.inputs), visit);
+    scene::visit_files(scene::load_capture(options.capture, options.inputs, mux::memory_limit_of(options)),
+                       visit);
   };
 }
 
 void write_capture(const mux::Options &options, const std::string &path, cli::OutputFile &file) {
-  const std::string text = scene::describe_inputs(options.capture, options.inputs, path);
+  const std::string text =
+      scene::describe_inputs(options.capture, options.inputs, path, nullptr, mux::memory_limit_of(options));
   file.write(text.data(), text.size());
 }
 

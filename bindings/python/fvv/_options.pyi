@@ -191,6 +191,10 @@ class PlanOptions(EncodeOptions, total=False):
     #: Leave out frames with a mesh, picture or mask that cannot be used, and name them; exit code 3. All files are
     #: read once more for it (docs/encoding/frames.md).
 
+    max_memory: int | str | None
+    #: That decoding one file of the capture may take, a picture, a video, a mesh or sound: bytes, or with K, M or G
+    #: (512M). A file that needs more is refused (docs/encoding/memory.md). Default: 4G.
+
 class MuxOptions(WriterOptions, PlanOptions, total=False):
     """Options of `fvv.mux`."""
 

@@ -122,7 +122,7 @@ std::vector<std::string> files_of(const std::string &capture, const py::dict &gi
   const py::gil_scoped_release release;
   std::vector<std::string> out;
   try {
-    scene::visit_files(scene::load_capture(options.capture, options.inputs),
+    scene::visit_files(scene::load_capture(options.capture, options.inputs, mux::memory_limit_of(options)),
                        [&](const std::string &path) { out.push_back(path); });
   } catch (const Error &error) {
     refuse(error, FVV_ERROR_DAMAGED);
@@ -135,7 +135,8 @@ std::string describe_inputs(const std::string &capture, const py::dict &given, c
   const mux::Options options = capture_options(capture, given);
   const py::gil_scoped_release release;
   try {
-    return scene::describe_inputs(options.capture, options.inputs, path);
+    return scene::describe_inputs(options.capture, options.inputs, path, nullptr,
+                                  mux::memory_limit_of(options));
   } catch (const Error &error) {
     refuse(error, FVV_ERROR_DAMAGED);
   }

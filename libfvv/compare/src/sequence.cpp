@@ -36,11 +36,22 @@ fvv_rational duration_of(const fvv_scene &scene, const std::string &name) {
   return {uint32_t(numerator * base.numerator / common), uint32_t(denominator / common)};
 }
 
+// Positions, normals and copies of a vertex; the corners of a face, and what finds neighbours.
+constexpr uint64_t vertex_bytes = 192, face_bytes = 96;
+
+fvv_limits limits_within(const media::MemoryLimit &limit) {
+  fvv_limits out;
+  fvv_limits_default(&out);
+  out.max_vertices = uint32_t(std::min<uint64_t>(out.max_vertices, limit.bytes / 2 / vertex_bytes + 1));
+  out.max_faces = uint32_t(std::min<uint64_t>(out.max_faces, limit.bytes / 2 / face_bytes + 1));
+  return out;
+}
+
 } // namespace
 
 class Sequence::State {
 public:
-  explicit State(const std::string &path);
+  State(const std::string &path, const media::MemoryLimit &limit);
   State(std::unique_ptr<InputFile> opened, size_t rung, const fvv_limits *limits);
   State(const std::string &the_name, std::vector<geometry::Mesh> given);
 
@@ -67,17 +78,20 @@ private:
   std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream{nullptr, fvv_stream_close};
   mutable std::mutex one_at_a_time; // a stream's handle is not thread-safe
   uint16_t track = 0;
+  media::MemoryLimit memory_limit;
+  fvv_limits lowered = {}; // by it
 };
 
-Sequence::State::State(const std::string &path)
+Sequence::State::State(const std::string &path, const media::MemoryLimit &limit)
     : kind(describes_capture(scene::description_file(path)) ? Kind::capture : Kind::stream),
-      name(scene::description_file(path)) {
+      name(scene::description_file(path)), memory_limit(limit) {
   if (kind == Kind::capture) {
     open_capture();
   } else {
     file = std::make_unique<InputFile>(name);
     owns_file = true;
-    open_stream(0, nullptr);
+    lowered = limits_within(memory_limit);
+    open_stream(0, &lowered);
   }
 }
 
@@ -97,6 +111,7 @@ Sequence::State::State(const std::string &the_name, std::vector<geometry::Mesh> 
 
 void Sequence::State::open_capture() {
   capture = scene::load_capture(name);
+  capture.memory_limit = memory_limit;
   if (!capture.meshes) throw Error(name + ": the capture has no meshes");
   capture.atlas.reset(); // seams of texture coordinates are no part of the surface
   unknown_scale = capture.scale_unknown;
@@ -198,6 +213,9 @@ geometry::Mesh Sequence::State::stream_mesh(const Frame &wanted) const {
     scene = configuration->scene;
     status = fvv_stream_mesh(stream.get(), i, track, &holder, &diagnostic);
   }
+  if (status == FVV_ERROR_LIMIT && memory_limit.bytes != UINT64_MAX)
+    throw media::MemoryError(where + ": " + diagnostic.message + "; " + memory_limit.name + " allows " +
+                             std::to_string(memory_limit.bytes) + " bytes");
   fvv::check(status, where, diagnostic);
   if (status == FVV_END) throw Error(where + ": has no mesh");
   geometry::Mesh out = demux::in_metres(holder, demux::lattice_of(scene.lattice_origin, scene.lattice_step));
@@ -205,7 +223,9 @@ geometry::Mesh Sequence::State::stream_mesh(const Frame &wanted) const {
   return out;
 }
 
-Sequence::Sequence(const std::string &path) : state(std::make_unique<State>(path)) {}
+Sequence::Sequence(const std::string &path, const media::MemoryLimit &limit)
+    : state(std::make_unique<State>(path, limit)) {}
+Sequence::Sequence(const std::string &path) : Sequence(path, media::MemoryLimit()) {}
 Sequence::Sequence(const fvv_input &stream, const std::string &name, size_t rung, const fvv_limits *limits)
     : state(std::make_unique<State>(std::make_unique<InputFile>(stream, name), rung, limits)) {}
 Sequence::Sequence(const std::string &name, std::vector<geometry::Mesh> meshes)

@@ -281,8 +281,8 @@ void check_memory(const std::string &text, uint64_t bytes, const MemoryLimit &li
   const bool small = limit.bytes < 1 << 20;
   const uint64_t unit = small ? 1 << 10 : 1 << 20;
   const std::string name = small ? " KiB" : " MiB";
-  throw Error(text + " takes up to " + std::to_string((bytes - 1) / unit + 1) + name + ", " + limit.name +
-              " allows " + std::to_string(limit.bytes / unit) + name);
+  throw MemoryError(text + " takes up to " + std::to_string((bytes - 1) / unit + 1) + name + ", " +
+                    limit.name + " allows " + std::to_string(limit.bytes / unit) + name);
 }
 
 Decoder::Decoder(const fvv_video_config &config) {

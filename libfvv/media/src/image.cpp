@@ -228,6 +228,27 @@ ImageInfo probe_image(const std::string &path) {
   }
 }
 
+namespace {
+
+void check_memory_of(const ImageInfo &info, const std::string &name, const MemoryLimit &limit) {
+  const uint64_t pixel =
+      info.format == ImageFormat::exr ? (4 + 3) * sizeof(float) : uint64_t(2 * 3 * sizeof(uint16_t));
+  check_memory(name + ": decoding a picture of " + std::to_string(info.width) + " x " +
+                   std::to_string(info.height) + " pixels",
+               uint64_t(info.width) * info.height * pixel, limit);
+}
+
+} // namespace
+
+void check_image_memory(const std::string &path, const MemoryLimit &limit) {
+  if (limit.bytes != UINT64_MAX) check_memory_of(probe_image(path), path, limit);
+}
+
+void check_image_memory(const uint8_t *bytes, size_t size, const std::string &name,
+                        const MemoryLimit &limit) {
+  if (limit.bytes != UINT64_MAX) check_memory_of(probe_bytes(bytes, size, name), name, limit);
+}
+
 std::vector<uint8_t> read_file(const std::string &path) {
   const File file = open_file(path);
   std::vector<uint8_t> bytes;

@@ -16,6 +16,7 @@
 
 extern "C" {
 #include <libavutil/display.h>
+#include <libavutil/pixdesc.h>
 }
 
 namespace fvv::media {
@@ -58,6 +59,10 @@ std::optional<int> rotation_of(const AVStream &stream) {
   return (int(std::lround(quarters)) % 4 + 4) % 4 * 90;
 }
 
+// H.264 and HEVC keep 16 besides the one that is decoded; other codecs fewer.
+constexpr uint64_t kept_pictures = 17;
+constexpr int deepest_pixel = 64; // bits, of four channels
+
 std::string ratio(AVRational value) {
   return std::to_string(value.num) + ":" + std::to_string(value.den);
 }
@@ -75,6 +80,10 @@ VideoInfo info_of(const AVStream &stream, const std::string &path) {
   const int divisor = std::gcd(stream.time_base.num, stream.time_base.den);
   info.tick = {uint32_t(stream.time_base.num / divisor), uint32_t(stream.time_base.den / divisor)};
   info.rotation = rotation_of(stream);
+  const AVPixFmtDescriptor *format = av_pix_fmt_desc_get(AVPixelFormat(codec.format));
+  const int bits = format ? av_get_padded_bits_per_pixel(format) : deepest_pixel;
+  info.decoding_memory = uint64_t(info.width + 64) * (info.height + 64) * kept_pictures * uint64_t(bits) / 8 +
+                         uint64_t(info.width) * info.height * 3 * sizeof(uint16_t);
   const AVRational of_stream = stream.sample_aspect_ratio, of_codec = codec.sample_aspect_ratio;
   const AVRational pixel = of_stream.num > 0 ? of_stream : of_codec;
   if (pixel.num > 0 && pixel.den > 0 && pixel.num != pixel.den)
@@ -128,9 +137,12 @@ VideoIndex make_index(Demuxer &demuxer, const std::string &path) {
 
 class VideoFile::Reader {
 public:
-  Reader(const std::string &path, std::optional<uint32_t> stream)
+  Reader(const std::string &path, std::optional<uint32_t> stream, const MemoryLimit &limit)
       : path_(path), stream_(stream), demuxer_(std::make_unique<Demuxer>(path, Demuxer::video, stream)) {
     index_ = std::make_shared<const VideoIndex>(make_index(*demuxer_, path));
+    check_memory(path + ": decoding a video of " + std::to_string(info().width) + " x " +
+                     std::to_string(info().height) + " pixels",
+                 info().decoding_memory, limit);
     open_decoder();
   }
   explicit Reader(const Reader &other)
@@ -332,8 +344,8 @@ private:
   std::string problem_;
 };
 
-VideoFile::VideoFile(const std::string &path, std::optional<uint32_t> stream)
-    : reader_(std::make_unique<Reader>(path, stream)) {}
+VideoFile::VideoFile(const std::string &path, std::optional<uint32_t> stream, const MemoryLimit &limit)
+    : reader_(std::make_unique<Reader>(path, stream, limit)) {}
 VideoFile::VideoFile(std::unique_ptr<Reader> reader) : reader_(std::move(reader)) {}
 VideoFile::~VideoFile() = default;
 VideoFile::VideoFile(VideoFile &&) noexcept = default;

@@ -123,7 +123,8 @@ private:
   }
 
   void add_picture(size_t i) {
-    files.push_back(fit_picture(environment.pictures[i], name + ": picture " + std::to_string(i)));
+    files.push_back(
+        fit_picture(environment.pictures[i], name + ": picture " + std::to_string(i), capture.memory_limit));
     const FittedPicture &fitted = files.back();
     if (fitted.scaled)
       out.warnings.push_back(name + ": picture " + std::to_string(i) + " is sent with " +
@@ -230,7 +231,7 @@ private:
 
 } // namespace
 
-FittedPicture fit_picture(const std::string &file, const std::string &name) {
+FittedPicture fit_picture(const std::string &file, const std::string &name, const media::MemoryLimit &limit) {
   FittedPicture out = {without_metadata(file)};
   fvv_environment_picture entry = {};
   entry.data = reinterpret_cast<const uint8_t *>(out.file.data());
@@ -241,6 +242,7 @@ FittedPicture fit_picture(const std::string &file, const std::string &name) {
   out.width = entry.width;
   out.height = entry.height;
   // Always decoded: otherwise a picture that does not decode would be noticed only by players.
+  media::check_image_memory(entry.data, entry.size, name, limit);
   const media::Image image = media::decode_image(entry.data, entry.size, 3, name);
   const uint32_t side = std::max(out.width, out.height);
   if (side <= max_picture_side) return out;

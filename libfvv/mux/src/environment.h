@@ -29,7 +29,7 @@ struct FittedPicture {
   bool scaled = false; // larger than max_picture_side: made smaller, and JPEG at quality 92
 };
 // name: of the file, for messages. Throws Error if it is not a picture.
-FittedPicture fit_picture(const std::string &file, const std::string &name);
+FittedPicture fit_picture(const std::string &file, const std::string &name, const media::MemoryLimit &limit);
 
 // The environment must be there. Throws Error.
 std::shared_ptr<const PackedEnvironment> pack_environment(const scene::Capture &capture);

@@ -40,6 +40,8 @@ template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, i
       return plan.videos->read<Sample>(capture, *capture.atlas->pictures, frame, 3);
     const std::string path = capture.atlas_path(frame);
     const std::string bytes = scene::load_embedded_atlas(capture, frame);
+    media::check_image_memory(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), path,
+                              capture.memory_limit);
     return media::decode_image<Sample>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3,
                                        path);
   });

@@ -163,15 +163,22 @@ void leave_out(Plan &plan, const std::vector<BadFrame> &bad) {
 // True when there was a warning.
 bool look_at_files(Plan &plan, bool sub_range) {
   const scene::Capture &capture = plan.capture;
+  std::optional<media::MemoryError> too_large; // it names its option, which a finding does not
   const scene::Findings findings = scene::check_files(
       capture,
-      [](const std::string &path) {
+      [&](const std::string &path) {
+        try {
+          media::check_image_memory(path, capture.memory_limit);
+        } catch (const media::MemoryError &error) {
+          if (!too_large) too_large.emplace(error);
+        }
         const media::ImageInfo info = media::probe_image(path);
         return scene::PictureSize{info.width, info.height, info.orientation};
       },
       [&](const std::string &path, std::optional<uint32_t> stream) {
         return plan.videos->facts(path, stream);
       });
+  if (too_large) throw *too_large;
   plan.sources = findings.videos;
   if (!findings.problems.empty()) {
     std::string lines;
@@ -237,7 +244,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   plan.options = options;
   if (!options.ladder.empty() && options.ladder[0].bit_rate)
     plan.options.bit_rate = options.ladder[0].bit_rate;
-  plan.videos = std::make_shared<scene::Videos>(options.threads);
+  plan.videos = std::make_shared<scene::Videos>(options.threads, given.memory_limit);
   plan.capture = std::move(given);
   plan.warned = select(plan.capture, options, plan.observer);
   scene::find_empty_meshes(plan.capture);
@@ -324,7 +331,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
 } // namespace
 
 Plan make_plan(const Options &options, const Observer &observer) {
-  scene::Capture capture = scene::load_capture(options.capture, options.inputs);
+  scene::Capture capture = scene::load_capture(options.capture, options.inputs, memory_limit_of(options));
   capture.mesh_cache = scene::make_mesh_cache();
   return make_plan(std::move(capture), {}, options, observer);
 }

@@ -62,7 +62,7 @@ std::string against_capture(const fvv_environment &found, const scene::Capture &
       return "part " + std::to_string(i) + " is not that of the capture";
   }
   for (size_t i = 0; i < found.picture_count; i++) {
-    const std::string wanted = fit_picture(source.pictures[i], name).file;
+    const std::string wanted = fit_picture(source.pictures[i], name, capture.memory_limit).file;
     const auto *bytes = reinterpret_cast<const char *>(found.pictures[i].data);
     if (wanted.compare(0, wanted.npos, bytes, found.pictures[i].size))
       return "picture " + std::to_string(i) + " is not that of the capture";

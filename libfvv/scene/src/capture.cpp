@@ -191,8 +191,10 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
   const std::string path = capture.mesh_path(frame);
   const auto read = [&] {
     MeshCache::Loaded loaded;
+    if (!capture.memory) check_mesh_memory(path, capture.memory_limit);
     const bool texture = capture.atlas.has_value(), packs = texture && !capture.atlas->pictures;
     FacePictures faces;
+    faces.limit = capture.memory_limit;
     MeshExtras pictures; // asks an animation for them
     loaded.mesh = capture.memory ? capture.memory->mesh(frame, normals)
                   : capture.animation
@@ -220,6 +222,7 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
 Mesh load_coloured_mesh(const Capture &capture, int64_t frame, std::vector<uint8_t> &colours) {
   const std::string path = capture.mesh_path(frame);
   MeshExtras extras;
+  if (!capture.memory) check_mesh_memory(path, capture.memory_limit);
   Mesh mesh = capture.memory      ? capture.memory->mesh(frame, false)
               : capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), nullptr,
                                                             nullptr, false, false, &extras)
@@ -241,7 +244,9 @@ std::string load_embedded_atlas(const Capture &capture, int64_t frame) {
   const std::vector<int64_t> frames = capture.mesh_frames();
   auto source = std::upper_bound(frames.begin(), frames.end(), frame);
   if (source != frames.begin()) --source;
-  return read_mesh_picture(capture.mesh_path(source == frames.end() ? frame : *source));
+  const std::string path = capture.mesh_path(source == frames.end() ? frame : *source);
+  check_mesh_memory(path, capture.memory_limit);
+  return read_mesh_picture(path, capture.memory_limit);
 }
 
 MeshAnimation::MeshAnimation(std::optional<Name> animation, fvv_rational from, int64_t first_frame)

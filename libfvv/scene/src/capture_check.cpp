@@ -416,6 +416,9 @@ private:
 } // namespace
 
 Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe) {
+  if (!capture.memory)
+    for (const int64_t number : capture.mesh_frames())
+      check_mesh_memory(capture.mesh_path(number), capture.memory_limit);
   Findings findings = FileCheck(capture, probe, video_probe).run();
   // All files of a sequence are of one program.
   const std::vector<int64_t> meshes = capture.memory ? std::vector<int64_t>() : capture.mesh_frames();
@@ -443,10 +446,12 @@ using Visit = std::function<void(const std::string &)>;
 
 // With the files that a glTF file refers to, and those of an OBJ file if its picture is used. A mesh that
 // cannot be read is reported by those who need it.
-void visit_mesh(const std::string &path, bool with_picture, const Visit &visit) {
+void visit_mesh(const std::string &path, bool with_picture, const media::MemoryLimit &limit,
+                const Visit &visit) {
   visit(path);
   std::vector<std::string> beside;
   try {
+    check_mesh_memory(path, limit);
     if (is_gltf(path)) {
       beside = gltf::external_files(read_file(path, max_mesh_file), path);
     } else if (with_picture && lower(path.substr(path.size() - std::min<size_t>(4, path.size()))) == ".ply") {
@@ -481,14 +486,16 @@ void visit_files(const Capture &capture, const Visit &visit) {
   if (capture.meshes)
     for (int64_t i = 0; i < frames_of(*capture.meshes); i++)
       if (const int64_t frame = capture.frames.number(i); capture.animation || capture.has_mesh(frame))
-        visit_mesh(capture.mesh_path(frame), capture.atlas && !capture.atlas->pictures, visit);
+        visit_mesh(capture.mesh_path(frame), capture.atlas && !capture.atlas->pictures, capture.memory_limit,
+                   visit);
   if (capture.atlas && capture.atlas->pictures) pictures(*capture.atlas->pictures);
   for (const Camera &camera : capture.cameras) {
     if (camera.pictures) pictures(*camera.pictures);
     if (camera.masks) pictures(*camera.masks);
   }
   for (const SoundSource &sound : capture.sounds) visit(capture.resolve(sound.file));
-  if (capture.environment) visit_mesh(capture.resolve(capture.environment->file), false, visit);
+  if (capture.environment)
+    visit_mesh(capture.resolve(capture.environment->file), false, capture.memory_limit, visit);
 }
 
 } // namespace fvv::scene

@@ -79,6 +79,7 @@ EnvironmentSource read_environment(const JsonValue &value) {
 Environment load_environment(const Capture &capture, const fvv_limits *limits) {
   const EnvironmentSource &source = capture.environment.value();
   const std::string path = capture.resolve(source.file);
+  check_mesh_memory(path, capture.memory_limit);
   Environment environment = parse_environment(read_file(path, max_mesh_file), path, limits);
   gltf::Transform by = source.transform;
   for (double &element : by.m) element *= capture.metres_per_unit;

@@ -428,8 +428,9 @@ void check_pictures(const Capture &capture) {
 }
 
 // Says so where the pictures of a mesh are too large together for one atlas.
-void note_scale(const std::string &path, std::vector<std::string> &notes) {
+void note_scale(const std::string &path, const media::MemoryLimit &limit, std::vector<std::string> &notes) {
   FacePictures faces;
+  faces.limit = limit;
   try {
     read_mesh_pictures(path, nullptr, nullptr, false, faces);
     if (faces.pictures.size() < 2) return;
@@ -446,16 +447,18 @@ void note_scale(const std::string &path, std::vector<std::string> &notes) {
 
 // Whether the meshes bring a picture: the first that is not empty, or, so that one without does not decide
 // for all, any other. notes: why there may be none.
-bool brings_picture(const Pattern &meshes, const Frames &frames, std::vector<std::string> &notes) {
+bool brings_picture(const Pattern &meshes, const Frames &frames, const media::MemoryLimit &limit,
+                    std::vector<std::string> &notes) {
   if (!may_bring_picture(meshes.text())) return false;
   bool is_first = true;
   for (const int64_t number : frames.numbers()) {
     const std::string path = meshes.file(number);
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) continue; // is said when all files are checked
+    check_mesh_memory(path, limit);
     if (is_gltf(path)) {
       if (facts_of(path).base_colour) {
-        note_scale(path, notes);
+        note_scale(path, limit, notes);
         return true;
       }
     } else if (is_one_of(path, {".ply"})) {
@@ -463,7 +466,7 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, std::vector<std
       if (!pictures.empty()) {
         const fs::path folder = fs::path(path).parent_path();
         if (fs::is_regular_file(folder / pictures[0], ignored)) {
-          note_scale(path, notes);
+          note_scale(path, limit, notes);
           return true;
         }
         notes.push_back(path + ": has no picture: that of its comment TextureFile, " + quote(pictures[0]) +
@@ -475,7 +478,7 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, std::vector<std
       if (is_first || bytes.find("mtllib") != bytes.npos) {
         const ObjMaterials materials = parse_obj_materials(bytes, path);
         if (materials.picture) {
-          note_scale(path, notes);
+          note_scale(path, limit, notes);
           return true;
         }
         if (is_first)
@@ -502,8 +505,9 @@ void set_meshes(Capture &capture, const Inputs &inputs, const Names &names) {
   if (capture.animation) capture.animation = animation(capture.frames.first);
   capture.meshes = parse_pattern("meshes", names(inputs.meshes, false));
   if (atlas) capture.atlas = Atlas{names(*atlas, capture.frames), std::nullopt};
-  if (inputs.atlas == embedded || (inputs.atlas.empty() && capture.cameras.empty() &&
-                                   brings_picture(meshes, capture.frames, capture.notes)))
+  if (inputs.atlas == embedded ||
+      (inputs.atlas.empty() && capture.cameras.empty() &&
+       brings_picture(meshes, capture.frames, capture.memory_limit, capture.notes)))
     capture.atlas = Atlas{};
 }
 
@@ -589,7 +593,7 @@ void check_inputs(const Inputs &inputs) {
 }
 
 std::string describe_inputs(const std::string &given, const Inputs &as_given, const std::string &file,
-                            std::vector<std::string> *notes) {
+                            std::vector<std::string> *notes, const media::MemoryLimit &limit) {
   Inputs inputs = as_given;
   for (std::string *text : {&inputs.meshes, &inputs.atlas, &inputs.pictures, &inputs.masks})
     *text = usual_pattern(*text);
@@ -609,6 +613,7 @@ std::string describe_inputs(const std::string &given, const Inputs &as_given, co
                   "expected a folder with a calibration too, found none");
   Capture capture;
   capture.path = file;
+  capture.memory_limit = limit;
   if (inputs.frame_duration) capture.frame_duration = *inputs.frame_duration;
   capture.cameras = std::move(folder.cameras);
   add_named(inputs, capture.cameras);
@@ -626,7 +631,7 @@ std::string describe_inputs(const std::string &given, const Inputs &as_given, co
   return format_capture(capture, units_text(inputs, by_gltf));
 }
 
-Capture load_capture(const std::string &given, const Inputs &inputs) {
+Capture load_capture(const std::string &given, const Inputs &inputs, const media::MemoryLimit &limit) {
   std::error_code ignored;
   const std::string file = description_file(given);
   const bool is_folder = fs::is_directory(given, ignored) && !fs::exists(file, ignored);
@@ -639,13 +644,16 @@ Capture load_capture(const std::string &given, const Inputs &inputs) {
                       "capture.json, found " +
                       file,
                   Error::usage);
-    return load_capture(file);
+    Capture capture = load_capture(file);
+    capture.memory_limit = limit;
+    return capture;
   }
   // Patterns are relative to the folder of this name, of which there is no file.
   std::string name = given.empty() ? option_name("meshes") : given;
   while (name.size() > 1 && name.back() == '/') name.pop_back();
   std::vector<std::string> notes;
-  Capture capture = parse_capture(describe_inputs(given, inputs, name, &notes), name);
+  Capture capture = parse_capture(describe_inputs(given, inputs, name, &notes, limit), name);
+  capture.memory_limit = limit;
   capture.notes = std::move(notes);
   return capture;
 }

@@ -38,6 +38,21 @@ bool is_gltf(const std::string &path) {
   return extension == ".glb" || extension == ".gltf";
 }
 
+void check_mesh_memory(const std::string &path, const media::MemoryLimit &limit) {
+  if (limit.bytes == UINT64_MAX) return;
+  std::error_code error;
+  const uint64_t size = std::filesystem::file_size(path, error);
+  if (error) return; // whatever reads it reports it
+  // A mesh at the default limits, its copies included.
+  constexpr uint64_t largest = uint64_t(1) << 30;
+  const std::string extension = extension_of(path);
+  // A corner of a polygon takes two bytes in a file and twelve in a triangle; Draco has no bit for some
+  // faces.
+  const uint64_t times = extension == ".obj" || extension == ".ply" ? 16 : is_gltf(path) ? 64 : 1000;
+  media::check_memory(path + ": reading a mesh file of " + std::to_string(size) + " bytes",
+                      size + std::min(largest, std::min(size, largest) * times), limit);
+}
+
 Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
                bool normals, MeshExtras *extras) {
   const std::string extension = extension_of(path);
@@ -106,13 +121,15 @@ bool may_bring_picture(const std::string &path) {
   return is_gltf(path) || extension_of(path) == ".obj" || extension_of(path) == ".ply";
 }
 
-std::string read_mesh_picture(const std::string &path) {
+std::string read_mesh_picture(const std::string &path, const media::MemoryLimit &limit) {
   if (!may_bring_picture(path)) fail_extension(path, extension_of(path), ".glb, .gltf, .obj or .ply");
   const std::string bytes = read_file(path, max_mesh_file);
   FacePictures faces;
+  faces.limit = limit;
   if (is_gltf(path)) {
     faces = gltf::face_pictures(gltf::read_scene(bytes, path, gltf::NoAnimation{}, limits_or_default(nullptr),
                                                  gltf::Texture::pictures));
+    faces.limit = limit;
     return faces.has_picture() ? atlas_picture(faces, path) : parse_gltf_picture(bytes, path);
   }
   if (extension_of(path) == ".ply") {

@@ -14,6 +14,10 @@
 #include <string>
 #include <vector>
 
+namespace fvv::media {
+struct MemoryLimit;
+}
+
 namespace fvv::compare {
 
 // A capture, a stream or meshes in memory as a sequence of surfaces in one unit.
@@ -21,7 +25,9 @@ class Sequence {
 public:
   // path: a capture.json (any name that ends in .json), the folder of one, or a stream. Throws Error when it
   // cannot be opened or holds no meshes.
-  explicit Sequence(const std::string &path);
+  // limit: of a mesh file of a capture, and of a frame's mesh in a stream.
+  Sequence(const std::string &path, const media::MemoryLimit &limit);
+  explicit Sequence(const std::string &path); // without a limit
   // A stream. name: in messages. stream, its reader and limits (NULL: defaults) live as long as this object,
   // and one thread at a time reads. rung: of a ladder of quality.
   Sequence(const fvv_input &stream, const std::string &name, size_t rung = 0,

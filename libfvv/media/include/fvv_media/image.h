@@ -5,6 +5,7 @@
 
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/values.h"
+#include "fvv_media/memory_limit.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -39,6 +40,11 @@ std::string why_no_picture(const uint8_t *bytes, size_t size);
 
 // From the file's header alone; the format by content, never by the name's extension.
 ImageInfo probe_image(const std::string &path);
+
+// MemoryError when read_image or decode_image would take more than limit, by the file's header: RGB of 16
+// bits and its copy in other samples, of OpenEXR four channels and three of float.
+void check_image_memory(const std::string &path, const MemoryLimit &limit);
+void check_image_memory(const uint8_t *bytes, size_t size, const std::string &name, const MemoryLimit &limit);
 
 // channels: 1 or 3, converted to if the file holds the other. Grey from RGB is BT.709 luma of the samples.
 // PNG: every colour type, depth and interlacing; 16 bits are rounded to 8 for an Image, and all others become

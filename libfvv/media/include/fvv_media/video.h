@@ -119,17 +119,9 @@ EncodedGroup encode_group(const VideoSettings &settings, const std::vector<Basic
 
 class SampleDecoder;
 
-// What decoding may take. name: what messages call it, such as the option that sets it.
-struct MemoryLimit {
-  uint64_t bytes = UINT64_MAX;
-  std::string name = "the memory limit";
-};
-
 // The most bytes that decoding a track's samples takes: pictures that its codec keeps, the planes of the
 // one that it gives, and that one as RGB of 16 bits. A sample of a few hundred bytes can demand all of it.
 uint64_t decoding_memory(const fvv_video_config &config);
-// Error when bytes is above limit: text, what it takes, and what limit allows. text: "decoding ...".
-void check_memory(const std::string &text, uint64_t bytes, const MemoryLimit &limit);
 
 // Decodes the samples of a track in order. Movable; one per thread of decoding.
 class Decoder {

@@ -23,6 +23,9 @@ struct VideoInfo {
   // Degrees clockwise that the container's display matrix turns pictures by: 0, 90, 180, 270; nothing when it
   // does anything else, such as mirroring. Orientation inside the bitstream is ignored.
   std::optional<int> rotation = 0;
+  // The most bytes that a decoder takes: pictures that a codec keeps, in the stream's pixel format, and one
+  // as RGB of 16 bits.
+  uint64_t decoding_memory = 0;
   std::vector<std::string> warnings; // parts of sentences whose subject is the file
 };
 
@@ -34,7 +37,9 @@ public:
   // refers to others (a playlist) is not followed. Error for a file that cannot be read, is cut, has no
   // video, no decoder, pictures without or with equal presentation times, sides above max_dimension, more
   // than max_video_pictures, a PQ or HLG transfer (its colours would be wrong).
-  explicit VideoFile(const std::string &path, std::optional<uint32_t> stream = {});
+  // MemoryError for one that takes more than limit, before it is decoded.
+  explicit VideoFile(const std::string &path, std::optional<uint32_t> stream = {},
+                     const MemoryLimit &limit = {});
   ~VideoFile();
   VideoFile(VideoFile &&) noexcept;
 

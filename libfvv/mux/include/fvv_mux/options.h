@@ -13,6 +13,10 @@
 #include <string_view>
 #include <vector>
 
+namespace fvv::media {
+struct MemoryLimit;
+}
+
 namespace fvv::mux {
 
 // A luma PSNR to reach, or the codec's own number, as in media::VideoCodec; 0 of OpenEXR is lossless.
@@ -126,8 +130,9 @@ struct Options {
   std::optional<Winding> winding; // else keep, with a warning where it is wrong
   uint32_t min_component = 0;
   uint32_t threads = 1;
-  std::optional<fvv::Range> frames; // numbers as in file names
-  std::vector<std::string> cameras; // identifiers, ranges of them (2-5) or names; empty: all
+  uint64_t max_memory = uint64_t(4) << 30; // of decoding one file of the capture, in bytes
+  std::optional<fvv::Range> frames;        // numbers as in file names
+  std::vector<std::string> cameras;        // identifiers, ranges of them (2-5) or names; empty: all
   bool pictures = true, meshes = true;
   bool repeat_configuration = false, live = false;
   bool verify = false; // keep what verify() needs
@@ -169,5 +174,8 @@ void set_option(Options &options, std::string_view name, std::string_view value)
 // for front ends whose users set them by name: in a struct the more exact of two options holds (bit_rate
 // before quality, tile before scale). An Encoder, a Muxer and a PartPlan fill in by themselves.
 Options settled(Options options);
+
+// Of a capture that is read with the options.
+media::MemoryLimit memory_limit_of(const Options &options);
 
 } // namespace fvv::mux

@@ -2,6 +2,7 @@
 
 #include "fvv/colours.h"
 #include "fvv/format.h"
+#include "fvv_media/memory_limit.h"
 #include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_scene/inputs.h"
@@ -523,6 +524,12 @@ std::vector<Option> other_options() {
           .number<&Options::threads>(1, 256, std::optional(1))
           .unplanned()
           .brief(running, "the bytes are the same for any number"),
+      Row("max-memory", "SIZE",
+          "that decoding one file of the capture may take, a picture, a video, a mesh or sound: bytes, or "
+          "with K, "
+          "M or G (512M). A file that needs more is refused (docs/encoding/memory.md)")
+          .text<&Options::max_memory>(amount, "512M", parse_bytes, bytes_text)
+          .of_capture(),
       Row("live", "", "no index and no footer")
           .flag<&Options::live>()
           .brief(running, "no index and no footer"),
@@ -531,6 +538,14 @@ std::vector<Option> other_options() {
           .flag<&Options::repeat_configuration>(),
   };
 }
+
+} // namespace
+
+media::MemoryLimit memory_limit_of(const Options &options) {
+  return {options.max_memory, option_name("max-memory")};
+}
+
+namespace {
 
 // Whether an option differs from its default.
 bool is_set(const Option &option, const Options &options) {

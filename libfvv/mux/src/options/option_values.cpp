@@ -117,6 +117,28 @@ uint64_t parse_pixels(const std::string &option, const std::string &text) {
   return parse_amount(option, "pixels such as 300k, 2M or 100000, from 4k to 200M", text, 4e3, 2e8);
 }
 
+uint64_t parse_bytes(const std::string &option, const std::string &text) {
+  uint64_t unit = 1;
+  std::string_view digits = text;
+  if (const size_t at = std::string_view("kKmMgG").find(digits.empty() ? ' ' : digits.back());
+      at != digits.npos) {
+    unit = uint64_t(1) << 10 * (at / 2 + 1);
+    digits.remove_suffix(1);
+  }
+  int64_t value = -1;
+  constexpr int64_t most = int64_t(1) << 62;
+  if (digits.empty() || digits.find_first_not_of("0123456789") != digits.npos ||
+      !scene::parse_integer(digits, value) || value > most / int64_t(unit))
+    refuse_value(option, "bytes, or a number with K, M or G such as 512M", text);
+  return uint64_t(value) * unit;
+}
+
+std::string bytes_text(uint64_t value) {
+  for (const auto &[shift, letter] : {std::pair(30, 'G'), std::pair(20, 'M'), std::pair(10, 'K')})
+    if (value && value % (uint64_t(1) << shift) == 0) return std::to_string(value >> shift) + letter;
+  return std::to_string(value);
+}
+
 Length parse_length(const std::string &option, const std::string &text) {
   Length length = {};
   if (!read_length(text, length))

@@ -272,7 +272,7 @@ std::string PartPlan::encode(size_t group, uint32_t threads, const Sink &sink,
   Plan plan = data.plan;
   plan.options.threads = threads;
   plan.observer = collecting(observer, warnings);
-  plan.videos = std::make_shared<scene::Videos>(threads);
+  plan.videos = std::make_shared<scene::Videos>(threads, plan.capture.memory_limit);
   EncodeJob job(plan, sink, data.decisions, group);
   job.run_group(group);
   return report_of(job.sums(), group, warnings);

@@ -346,6 +346,7 @@ void complete(PlanData &data, const std::string &path) {
   const scene::Frames frames = plan.capture.frames;
   const std::set<int64_t> empty = plan.capture.empty;
   plan.capture = scene::parse_capture(data.capture, path);
+  plan.capture.memory_limit = memory_limit_of(plan.options);
   plan.capture.mesh_cache = scene::make_mesh_cache();
   select(plan.capture, plan.options, {});
   plan.capture.frames = frames;

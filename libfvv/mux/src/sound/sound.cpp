@@ -58,6 +58,16 @@ void check_bit_rate(const Options &options, const std::string &path, const media
                 Error::usage);
 }
 
+// Packets are kept until their groups are written: of the largest bit rate, as a file's own are passed on.
+void check_sound_memory(const std::string &path, const media::SoundRequest &request, double duration,
+                        const media::MemoryLimit &limit) {
+  const uint32_t channels = media::sound_info(path, request.stream).channels;
+  const double bytes = duration * media::most_sound_bit_rate / 8 * channels;
+  media::check_memory(path + ": decoding " + fvv::format("%.3g s", duration) + " of sound in " +
+                          std::to_string(channels) + (channels == 1 ? " channel" : " channels"),
+                      uint64_t(std::min(bytes, 1e18)), limit);
+}
+
 std::string seconds_text(double seconds) {
   return fvv::format("%.3g s", seconds);
 }
@@ -136,6 +146,7 @@ bool load_sounds(Plan &plan) {
     request.bit_rate = plan.options.sound_bit_rate;
     request.max_channels = source.is_placed() ? 1 : plan.options.sound_channels;
     check_bit_rate(plan.options, path, request);
+    check_sound_memory(path, request, duration, capture.memory_limit);
     SoundTrack track = {source, media::load_sound(path, request)};
     for (const std::string &warning : track.packets.warnings) warn(source.file, warning);
     track.packets.start -= begin.samples(track.packets.format.rate);

@@ -127,6 +127,10 @@ struct Capture {
   std::vector<SoundSource> sounds;
   std::vector<std::string> notes; // warnings of who made this description, for check_files
 
+  // What decoding one of its files may take; functions that take a capture throw media::MemoryError for one
+  // that takes more.
+  media::MemoryLimit memory_limit;
+
   // Recently read meshes, up to 128 MiB, shared by copies; NULL: every call of load_mesh reads. A file is
   // read once while its mesh is cached, for all threads.
   std::shared_ptr<MeshCache> mesh_cache;

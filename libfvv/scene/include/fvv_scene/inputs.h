@@ -9,14 +9,14 @@ namespace fvv::scene {
 
 // The capture that a user gave: capture.json or its folder; or the folder of a COLMAP model, or one with the
 // transforms.json of nerfstudio, and the inputs; or an empty name, and the inputs alone. Throws Error: also
-// if there are inputs with a capture.json.
-Capture load_capture(const std::string &given, const Inputs &inputs);
+// if there are inputs with a capture.json. limit: that of the capture.
+Capture load_capture(const std::string &given, const Inputs &inputs, const media::MemoryLimit &limit = {});
 
 // The text of the capture.json that stands for a folder and inputs. file: where it is to be; its patterns are
 // relative to the folder of it. notes: set to warnings, if not NULL. Throws Error: also for a folder that has
 // a capture.json already.
 std::string describe_inputs(const std::string &given, const Inputs &inputs, const std::string &file,
-                            std::vector<std::string> *notes = nullptr);
+                            std::vector<std::string> *notes = nullptr, const media::MemoryLimit &limit = {});
 
 // Values of options, which are named by their identifiers. Throw Error (usage) that names the option.
 //

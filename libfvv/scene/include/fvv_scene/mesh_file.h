@@ -12,6 +12,7 @@
 #include "fvv/types.h"
 #include "fvv_cxx/error.h"
 #include "fvv_geometry/mesh.h"
+#include "fvv_media/memory_limit.h"
 
 #include <cstdint>
 #include <optional>
@@ -111,8 +112,12 @@ std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
 
 // The picture that a mesh file brings, PNG, JPEG, WebP or OpenEXR, not decoded: parse_gltf_picture, or the
 // file that parse_obj_materials finds. Error for other formats, and where there is none.
-std::string read_mesh_picture(const std::string &path);
+// limit: of decoding each of several pictures, which are packed into one.
+std::string read_mesh_picture(const std::string &path, const media::MemoryLimit &limit = {});
 bool may_bring_picture(const std::string &path); // by its extension: glTF and OBJ
+
+// MemoryError when reading a mesh file would take more than limit: the file, and what its size can declare.
+void check_mesh_memory(const std::string &path, const media::MemoryLimit &limit);
 
 // Reads .obj, .ply, .drc or .draco, .glb or .gltf by the extension (any case) of path; other extensions are
 // an error.

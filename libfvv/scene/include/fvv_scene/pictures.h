@@ -17,8 +17,9 @@ struct PictureReads {
 
 class Videos {
 public:
-  // threads: that may call at once.
-  explicit Videos(unsigned threads);
+  // threads: that may call at once. limit: of what decoding one file may take; MemoryError for one that takes
+  // more.
+  explicit Videos(unsigned threads, const media::MemoryLimit &limit = {});
   ~Videos();
 
   // For check_files. Error.

@@ -34,8 +34,10 @@ std::string load(const FacePicture &picture) {
   return bytes;
 }
 
-media::Image decoded(const FacePicture &picture) {
+media::Image decoded(const FacePicture &picture, const media::MemoryLimit &limit) {
   const std::string bytes = load(picture);
+  media::check_image_memory(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), picture.name,
+                            limit);
   return media::decode_image<uint8_t>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3,
                                       picture.name);
 }
@@ -91,9 +93,9 @@ AtlasLayout lay_out(const std::vector<Size> &sizes, const std::string &name) {
               std::to_string(most_side) + "x" + std::to_string(most_side) + " pixels: bake one of them");
 }
 
-Size size_of(const FacePicture &picture) {
+Size size_of(const FacePicture &picture, const media::MemoryLimit &limit) {
   if (picture.is_colour()) return {swatch, swatch};
-  const media::Image image = decoded(picture);
+  const media::Image image = decoded(picture, limit);
   return {image.width, image.height};
 }
 
@@ -150,7 +152,7 @@ bool FacePictures::has_picture() const {
 
 AtlasLayout lay_out_atlas(const FacePictures &faces, const std::string &name) {
   std::vector<Size> sizes;
-  for (const FacePicture &picture : faces.pictures) sizes.push_back(size_of(picture));
+  for (const FacePicture &picture : faces.pictures) sizes.push_back(size_of(picture, faces.limit));
   return lay_out(sizes, name);
 }
 
@@ -162,7 +164,8 @@ std::string atlas_picture(const FacePictures &faces, const std::string &name) {
   for (size_t i = 0; i < faces.pictures.size(); i++) {
     const FacePicture &one = faces.pictures[i];
     const AtlasPlace &place = layout.places[i];
-    media::Image image = one.is_colour() ? media::make_image(place.width, place.height, 3, 0) : decoded(one);
+    media::Image image =
+        one.is_colour() ? media::make_image(place.width, place.height, 3, 0) : decoded(one, faces.limit);
     for (size_t k = 0; one.is_colour() && k < image.pixels.size(); k++) image.pixels[k] = one.colour[k % 3];
     if (image.width != place.width || image.height != place.height)
       image = media::scale(image, place.width, place.height);

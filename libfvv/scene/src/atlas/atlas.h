@@ -27,6 +27,7 @@ struct FacePicture {
 struct FacePictures {
   std::vector<FacePicture> pictures;
   std::vector<uint32_t> of_face;
+  media::MemoryLimit limit = {}; // of decoding one of them
 
   size_t add(FacePicture picture, const std::string &key); // its index; one with a known key is not added
   // The others show something only where there is a picture.

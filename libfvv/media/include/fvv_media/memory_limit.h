@@ -1,0 +1,28 @@
+// What decoding may take: compared with what a file's header demands, before a decoder is opened.
+#pragma once
+
+#include "fvv_cxx/error.h"
+
+#include <cstdint>
+#include <string>
+
+namespace fvv::media {
+
+// HEVC of 8192 x 4320 with 10 bits takes 2.1 GiB at most.
+constexpr uint64_t default_memory_limit = uint64_t(4) << 30;
+
+// name: what messages call it, such as the option that sets it.
+struct MemoryLimit {
+  uint64_t bytes = UINT64_MAX;
+  std::string name = "the memory limit";
+};
+
+class MemoryError : public Error {
+public:
+  using Error::Error;
+};
+
+// MemoryError when bytes is above limit: text, what it takes, and what limit allows. text: "decoding ...".
+void check_memory(const std::string &text, uint64_t bytes, const MemoryLimit &limit);
+
+} // namespace fvv::media
