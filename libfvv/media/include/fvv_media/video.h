@@ -73,6 +73,9 @@ template <class SampleType> struct GroupFrame {
   std::shared_ptr<const Image> mask; // NULL, or grey: pixels > 127 count in a comparison (see compose_masks)
 };
 
+// Lives as long as whatever borrows it.
+inline const std::vector<Image> no_masks;
+
 // The frames of a group, each loaded when it is needed. load is called on the calling thread.
 template <class SampleType> class GroupSource {
 public:
@@ -81,7 +84,7 @@ public:
       : count(frames), load(std::move(loader)), reserve(std::move(room)) {}
   // Frames that are in memory, and stay there. masks: none, or one a frame, else Error.
   static GroupSource borrowed(const std::vector<BasicImage<SampleType>> &frames,
-                              const std::vector<Image> &masks = {});
+                              const std::vector<Image> &masks = no_masks);
 
   size_t count;
   std::function<GroupFrame<SampleType>(size_t frame)> load;
