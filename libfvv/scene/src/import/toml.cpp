@@ -5,7 +5,9 @@
 #include "scene/src/import/fields.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
+#include <cstring>
 #define TOML_HEADER_ONLY 1
 #include <toml++/toml.h>
 
@@ -50,8 +52,31 @@ private:
   size_t count = 0;
 };
 
+// toml++ limits how deep values are, and not how many tables a dotted key makes, each of which costs stack.
+// Strings and comments are looked at as well: so many names with a dot between each two are no calibration.
+void check_dotted_keys(const std::string &bytes, const std::string &path) {
+  unsigned dots = 0;
+  uint64_t line = 1;
+  char before = 0, mark = 0; // the last character, and the last one that is no space
+  for (const char c : bytes) {
+    const bool space = c == ' ' || c == '\t';
+    const bool in_name = std::isalnum(static_cast<unsigned char>(c)) || (c && std::strchr("_-\"'", c));
+    const bool begins_name = in_name && mark != '.' && (before == ' ' || before == '\t');
+    if (c == '.' && mark != '.')
+      dots++;
+    else if (begins_name || (!in_name && !space))
+      dots = 0;
+    if (dots == max_depth)
+      fail_at(path, line, "expected keys at most " + std::to_string(max_depth) + " deep, found more");
+    line += c == '\n';
+    before = c;
+    if (!space) mark = c;
+  }
+}
+
 Node parse_toml(const std::string &path) {
   const std::string bytes = scene::read_file(path, max_yaml_size);
+  check_dotted_keys(bytes, path);
   try {
     const toml::table table = toml::parse(bytes, path);
     return Converter(path).convert(table, "", 0);
