@@ -52,8 +52,8 @@ private:
   size_t count = 0;
 };
 
-// toml++ limits how deep values are, and not how many tables a dotted key makes, each of which costs stack.
-// Strings and comments are looked at as well: so many names with a dot between each two are no calibration.
+// toml++ limits how deep values are, and not how many tables a dotted key makes. Each table costs stack.
+// Strings and comments are looked at as well. No calibration has that many names in a row.
 void check_dotted_keys(const std::string &bytes, const std::string &path) {
   unsigned dots = 0;
   uint64_t line = 1;
