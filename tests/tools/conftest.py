@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import struct
 import subprocess
 import sys
 
@@ -57,6 +58,15 @@ def run(name, *arguments, code=0, warns=False):
     if done.returncode == 0 and not warns:
         assert done.stderr == ""
     return done
+
+
+def glb_file(document, binary):
+    """The bytes of a GLB file; binary: a multiple of 4 bytes."""
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text
+    chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
 def figures(name, *arguments, code=0):

@@ -1,13 +1,11 @@
 """Several pictures of one mesh become one atlas; texture coordinates of all kinds keep what they show."""
 
 import io
-import json
-import struct
 
 import numpy as np
 import pytest
 import trimesh
-from conftest import run
+from conftest import glb_file, run
 from PIL import Image
 
 # Four squares of 1 in a row, from x = 0: what each shows at its left and its right half.
@@ -129,11 +127,7 @@ def glb(squares):
         "nodes": [{"mesh": 0}],
         "scenes": [{"nodes": [0]}],
     }
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text
-    chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+    return glb_file(document, binary)
 
 
 def shown(name, *more, code=0):

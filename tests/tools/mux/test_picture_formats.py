@@ -2,11 +2,10 @@
 
 import json
 import shutil
-import struct
 
 import numpy as np
 import pytest
-from conftest import run
+from conftest import glb_file, run
 from PIL import Image
 
 OBJ = """mtllib m.mtl
@@ -79,11 +78,7 @@ def glb(image, extension, colour=None, factor=None):
         "nodes": [{"mesh": 0}],
         "scenes": [{"nodes": [0]}],
     }
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text
-    chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+    return glb_file(document, binary)
 
 
 def mux(name, *more, code=0):

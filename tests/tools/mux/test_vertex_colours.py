@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 import trimesh
-from conftest import run
+from conftest import glb_file, run
 from PIL import Image
 
 SIZE = 96
@@ -98,16 +98,7 @@ def glb(kind, factor=None):
     if factor:
         primitive["material"] = 0
         document["materials"] = [{"pbrMetallicRoughness": {"baseColorFactor": [*map(linear, factor), 1]}}]
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    size = 12 + 8 + len(text) + 8 + len(binary)
-    return (
-        struct.pack("<4sII", b"glTF", 2, size)
-        + struct.pack("<I4s", len(text), b"JSON")
-        + text
-        + struct.pack("<I4s", len(binary), b"BIN\0")
-        + binary
-    )
+    return glb_file(document, binary)
 
 
 FILES = {
