@@ -99,19 +99,23 @@ def tried(end, python):
 def table(found):
     """The results as Markdown."""
     names = [re.match(r"[\w.-]+", one).group().lower() for one in ranges()]
-    ends = list(found)
+    rows = [
+        (f"`{need}`", [versions.get(name.replace("_", "-"), "none") for versions, _ in found.values()])
+        for need, name in zip(ranges(), names)
+    ]
+    counts = [f"{p} passed, {s} skipped, {len(f)} failed" for _, (p, s, f) in found.values()]
+    return markdown(f"with Python {sys.version.split()[0]}", found, [*rows, ("tests", counts)])
+
+
+def markdown(by, ends, rows):
+    """A table with a column for each end; rows: (name, a text for each end). by: what ran."""
     lines = [
-        f"Run on {datetime.date.today().isoformat()} with Python {sys.version.split()[0]}:",
+        f"Run on {datetime.date.today().isoformat()} {by}:",
         "",
         f"| | {' | '.join(ends)} |",
         "|---" * (1 + len(ends)) + "|",
     ]
-    for need, name in zip(ranges(), names):
-        versions = [found[end][0].get(name.replace("_", "-"), "none") for end in ends]
-        lines.append(f"| `{need}` | {' | '.join(versions)} |")
-    counts = [f"{p} passed, {s} skipped, {len(f)} failed" for _, (p, s, f) in found.values()]
-    lines.append(f"| tests | {' | '.join(counts)} |")
-    return "\n".join(lines)
+    return "\n".join([*lines, *(f"| {name} | {' | '.join(texts)} |" for name, texts in rows)])
 
 
 def write(text, part="dependencies"):

@@ -5,7 +5,6 @@ Each end is a copy of js in build/dependencies, with the packages of js/node_mod
 """
 
 import argparse
-import datetime
 import json
 import os
 import pathlib
@@ -14,7 +13,7 @@ import shutil
 import subprocess
 import sys
 
-from dependencies import write
+from dependencies import markdown, write
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 JS = ROOT / "js"
@@ -121,17 +120,12 @@ def tried(root):
 
 def table(found):
     """The results as Markdown."""
-    ends = list(found)
-    lines = [
-        f"Run on {datetime.date.today().isoformat()}:",
-        "",
-        f"| | {' | '.join(ends)} |",
-        "|---" * (1 + len(ends)) + "|",
+    rows = [
+        (f"`{name} {needed}`", [versions[name] for versions, _ in found.values()])
+        for name, needed in ranges().items()
     ]
-    for name, needed in ranges().items():
-        lines.append(f"| `{name} {needed}` | {' | '.join(found[end][0][name] for end in ends)} |")
     counts = [f"{passed} passed, {len(failed)} failed" for _, (passed, failed) in found.values()]
-    return "\n".join([*lines, f"| tests | {' | '.join(counts)} |"])
+    return markdown("by npm", found, [*rows, ("tests", counts)])
 
 
 def main():
