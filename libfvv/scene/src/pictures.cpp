@@ -91,24 +91,23 @@ template <class Sample> struct Constants {
 // in order and no further than needed; others wait for it.
 class MaskRules {
 public:
-  media::MaskRule of(const Capture &capture, const PictureSource &source, const media::MemoryLimit &limit) {
+  media::MaskRule of(const Capture &capture, const PictureSource &source) {
     if (source.mask_rule) return *source.mask_rule;
     const std::lock_guard<std::mutex> lock(mutex);
     const Key key(capture.resolve(source.text()), source.file(capture.frames.number(0)));
     const auto found = rules.find(key);
     if (found != rules.end()) return found->second;
-    return rules.emplace(key, look(capture, source, limit)).first->second;
+    return rules.emplace(key, look(capture, source)).first->second;
   }
 
 private:
-  static media::MaskRule look(const Capture &capture, const PictureSource &source,
-                              const media::MemoryLimit &limit) {
+  static media::MaskRule look(const Capture &capture, const PictureSource &source) {
     std::optional<media::MaskFacts> facts;
     const int64_t count = source.is_constant() ? 1 : capture.frames.count;
     for (int64_t i = 0; i < count; i++) {
       const std::string path = capture.resolve(source.file(capture.frames.number(i)));
       if (!why_unreadable(path).empty()) continue; // whatever needs the file reports it
-      media::check_image_memory(path, limit);
+      media::check_image_memory(path, capture.memory_limit);
       const auto more = media::MaskFacts::of(path);
       if (!more) return media::MaskRule::luma; // lossy: what is little above 0 is noise
       if (facts)
@@ -238,9 +237,9 @@ media::BasicImage<Sample> Videos::read(const Capture &capture, const PictureSour
   const size_t picture = video ? FrameClock(capture, *source.video).nearest(video->facts.times, frame) : 0;
   const int turned = source.rotate.value_or(video ? video->facts.rotation.value_or(0) : 0);
   const auto read_still = [&]() -> media::BasicImage<Sample> {
-    media::check_image_memory(path, shared->limit);
+    media::check_image_memory(path, capture.memory_limit);
     if constexpr (std::is_same_v<Sample, uint8_t>)
-      if (channels == 1) return media::read_mask(path, shared->mask_rules.of(capture, source, shared->limit));
+      if (channels == 1) return media::read_mask(path, shared->mask_rules.of(capture, source));
     return media::read_image<Sample>(path, channels);
   };
   const auto read_anew = [&] {
@@ -266,7 +265,7 @@ media::BasicImage<Sample> Videos::read(const Capture &capture, const PictureSour
 
 media::MaskRule Videos::mask_rule(const Capture &capture, const PictureSource &source) {
   if (source.video || capture.memory) return media::MaskRule::luma;
-  return shared->mask_rules.of(capture, source, shared->limit);
+  return shared->mask_rules.of(capture, source);
 }
 
 PictureReads Videos::reads() const {

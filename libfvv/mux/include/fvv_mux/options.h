@@ -130,9 +130,10 @@ struct Options {
   std::optional<Winding> winding; // else keep, with a warning where it is wrong
   uint32_t min_component = 0;
   uint32_t threads = 1;
-  uint64_t max_memory = uint64_t(4) << 30; // of decoding one file of the capture, in bytes
-  std::optional<fvv::Range> frames;        // numbers as in file names
-  std::vector<std::string> cameras;        // identifiers, ranges of them (2-5) or names; empty: all
+  static constexpr uint64_t default_max_memory = uint64_t(4) << 30;
+  uint64_t max_memory = default_max_memory; // of decoding one file of the capture, in bytes
+  std::optional<fvv::Range> frames;         // numbers as in file names
+  std::vector<std::string> cameras;         // identifiers, ranges of them (2-5) or names; empty: all
   bool pictures = true, meshes = true;
   bool repeat_configuration = false, live = false;
   bool verify = false; // keep what verify() needs

@@ -526,8 +526,8 @@ std::vector<Option> other_options() {
           .brief(running, "the bytes are the same for any number"),
       Row("max-memory", "SIZE",
           "that decoding one file of the capture may take, a picture, a video, a mesh or sound: bytes, or "
-          "with K, "
-          "M or G (512M). A file that needs more is refused (docs/encoding/memory.md)")
+          "with "
+          "K, M or G (512M). A file that needs more is refused (docs/encoding/memory.md)")
           .text<&Options::max_memory>(amount, "512M", parse_bytes, bytes_text)
           .of_capture(),
       Row("live", "", "no index and no footer")
@@ -538,14 +538,6 @@ std::vector<Option> other_options() {
           .flag<&Options::repeat_configuration>(),
   };
 }
-
-} // namespace
-
-media::MemoryLimit memory_limit_of(const Options &options) {
-  return {options.max_memory, option_name("max-memory")};
-}
-
-namespace {
 
 // Whether an option differs from its default.
 bool is_set(const Option &option, const Options &options) {
@@ -601,6 +593,12 @@ Options settled(Options options) {
   scene::check_inputs(options.inputs);
   fill_in(options);
   return options;
+}
+
+static_assert(Options::default_max_memory == media::default_memory_limit, "that of all tools");
+
+media::MemoryLimit memory_limit_of(const Options &options) {
+  return {options.max_memory, option_name("max-memory")};
 }
 
 } // namespace fvv::mux
