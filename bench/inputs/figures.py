@@ -70,7 +70,6 @@ def through(build, path, work, extent):
         f"{length:.9f}m",
         "--quality",
         "45dB",
-        "--json",
     ]
     done = subprocess.run(
         [*map(str, command)], cwd=path.parent, capture_output=True, text=True, timeout=LIMIT
@@ -81,11 +80,7 @@ def through(build, path, work, extent):
     said = subprocess.run([*map(str, back)], capture_output=True, text=True, timeout=LIMIT)
     if said.returncode not in (0, 3):
         return said.returncode, f"fvvdemux: {said.stderr.strip()}", None
-    corners, colours = read_back(folder)
-    if json.loads(done.stdout)["colours"]["sent"]:
-        # Colours of vertices are in cells of their own, which fvvdemux does not write.
-        colours = None
-    return done.returncode, done.stderr.strip(), (corners, colours)
+    return done.returncode, done.stderr.strip(), read_back(folder)
 
 
 def judge(build, path, truth, work):

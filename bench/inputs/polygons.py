@@ -7,7 +7,7 @@ FLAT = 1e-3
 
 
 class NotPlane(Exception):
-    """A polygon that its fan leaves, and that is not plane: which surface it is nobody has defined."""
+    """A polygon that is not flat, and whose fan lies partly outside it: no format defines its surface."""
 
 
 def concave_triangles(path):
