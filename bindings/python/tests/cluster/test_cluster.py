@@ -387,11 +387,23 @@ def test_all_stages_are_reported(capture, memory, monkeypatch):
     monkeypatch.setattr(fvv.distributed.run, "POLL", 0.01)
     monkeypatch.setattr(tasks, "INTERVAL", 0.0)
     memory.put(str(capture), "/in", recursive=True)
-    heard = []
+    heard, copying, report = [], threading.Event(), tasks.Progress.report
+
+    def hear(*now):
+        heard.append(now)
+        if now[0] == "copy":
+            copying.set()
+
+    def report_and_wait(self, stage, part):
+        """Copying within memory would be over before the caller looks."""
+        report(self, stage, part)
+        if stage == "copy":
+            copying.wait(10)
+            copying.set()
+
+    monkeypatch.setattr(tasks.Progress, "report", report_and_wait)
     with threads() as pool:
-        fvv.distributed.mux(
-            "memory://in", "memory://out.fvv", pool, stage=lambda *now: heard.append(now), **OPTIONS
-        )
+        fvv.distributed.mux("memory://in", "memory://out.fvv", pool, stage=hear, **OPTIONS)
     stages = [one[0] for one in heard]
     assert [s for i, s in enumerate(stages) if s not in stages[:i]][0] == "plan"
     assert {"plan", "copy", "encode", "merge"} == set(stages)
