@@ -46,6 +46,8 @@ export class Stage extends EventTarget {
   #settle = null;
   #visible = true;
   #drawnAt = -Infinity;
+  #takenAt = -Infinity; // a context
+  #owes = false; // a picture for that context, which may be taken before there is one
   #still = null; // a canvas with the last picture, while there is no context
   #waiting = null; // timer of the next attempt to get a context
   #losing = null; // timer after a loss
@@ -117,13 +119,14 @@ export class Stage extends EventTarget {
   }
   /** Whether the context is spare if others need one. */
   get idle() {
-    return !this.#immersed && performance.now() - this.#drawnAt > IDLE;
+    return !this.#immersed && performance.now() - Math.max(this.#drawnAt, this.#takenAt) > IDLE;
   }
   /** Gives the context back until there is something to draw. A copy of the picture stays. */
   giveBack() {
     if (this.#renderer.released) return;
     if (this.#drawnAt > 0 && !this.#renderer.lost) this.#keepStill();
     this.#renderer.release();
+    if (this.#owes) this.#askAgain();
   }
   #keepStill() {
     const { width, height, data } = this.#renderer.readPixels();
@@ -136,17 +139,23 @@ export class Stage extends EventTarget {
     this.#still?.remove();
     this.#still = null;
   }
+  #askAgain() {
+    clearTimeout(this.#waiting);
+    this.#waiting = setTimeout(() => {
+      this.#waiting = null;
+      this.wake();
+    }, ASK_AGAIN);
+  }
   /** Returns whether there is a context to draw with. */
   #takeContext() {
     clearTimeout(this.#waiting);
     this.#waiting = null;
     if (!contexts.use(this)) {
-      this.#waiting = setTimeout(() => {
-        this.#waiting = null;
-        this.wake();
-      }, ASK_AGAIN);
+      this.#askAgain();
       return false;
     }
+    this.#owes = true;
+    this.#takenAt = performance.now();
     this.#renderer.reclaim();
     return !this.#renderer.lost;
   }
@@ -324,6 +333,7 @@ export class Stage extends EventTarget {
     if (this.#renderer.draw(this.#navigator.view(width, height), this.#drawing())) {
       contexts.use(this);
       this.#drawnAt = performance.now();
+      this.#owes = false;
       this.#dropStill();
       this.#canvas.classList.remove("empty");
       // Until the end of this task the canvas can be read.
