@@ -108,13 +108,15 @@ public:
       using Number = typename Bare<Value>::Type;
       options.*Member = Number(parse_number(name, text, double(least), double(most), whole));
     };
-    option.text = [unset](const Options &options) {
-      if constexpr (std::is_same_v<Value, typename Bare<Value>::Type>)
+    if constexpr (std::is_same_v<Value, typename Bare<Value>::Type>)
+      option.text = [unset](const Options &options) {
         return unset && Bound(options.*Member) == *unset ? std::string()
                                                          : number_text(double(options.*Member));
-      else
+      };
+    else
+      option.text = [](const Options &options) {
         return options.*Member ? number_text(double(*(options.*Member))) : std::string();
-    };
+      };
     return *this;
   }
 

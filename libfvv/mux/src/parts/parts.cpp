@@ -5,6 +5,7 @@
 #include "fvv_scene/strict_json.h"
 #include "mux/src/encode/encode_job.h"
 #include "mux/src/parts/plan_data.h"
+#include "mux/src/stream_writer.h"
 
 #include <algorithm>
 #include <cstring>
