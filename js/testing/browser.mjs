@@ -49,9 +49,10 @@ const harmless = [
 
 const absent = (program, parameter) => spawnSync(program, [parameter]).error !== undefined;
 
-/** The reason why a browser cannot be opened, or false. */
+/** The reason why a browser is not opened, or false. FVV_BROWSERS: the browsers to open, if not all. */
 export function missingBrowser(name) {
   const { program, screen } = kinds[name];
+  if (!(process.env.FVV_BROWSERS ?? name).split(" ").includes(name)) return `FVV_BROWSERS leaves out ${name}`;
   if (absent(program, "--version")) return `no ${program} installed`;
   return screen && absent("Xvfb", "-help") ? "no Xvfb installed" : false;
 }

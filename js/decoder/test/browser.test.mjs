@@ -2,11 +2,11 @@
 // is needed.
 
 import assert from "node:assert/strict";
-import { spawnSync } from "node:child_process";
 import { readdirSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import { after, test } from "node:test";
 
+import { missingBrowser } from "../../testing/browser.mjs";
 import { awaitPost, browsers, visit } from "./browsers.mjs";
 import { conformanceFiles, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
@@ -50,38 +50,33 @@ const expected = (name) =>
   );
 
 for (const [name, browser] of Object.entries(browsers)) {
-  const missing = spawnSync(browser.program, ["--version"]).error;
-  test(
-    `${name}: the same frames in window and worker`,
-    { skip: missing && `no ${browser.program} installed` },
-    async () => {
-      const { results, reselected, violations, error } = await runPage(browser);
-      assert.equal(error, undefined);
-      assert.deepEqual(violations, []);
-      assert.equal(results.length, 2 * (5 * Object.keys(files).length + 2 * MORE.length));
-      for (const { worker, track, all, different, same } of reselected) {
-        assert.equal(all.length, 3);
-        assert.equal(different, 5 * all.length, "identical pictures cannot be distinguished");
-        assert.deepEqual(same, [all, all, [track], [track], all], worker ? "worker" : "window");
-      }
-      for (const result of results) {
-        const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
-        assert.equal(result.inWorker, result.worker, what);
-        assert.deepEqual(result.frames, expected(result.name), what);
-        // Pictures of conformance files are headers without pixels, or OpenEXR, which browsers cannot decode.
-        if (!(result.name in clips)) continue;
-        assert.deepEqual(
-          result.warnings.filter((text) => !/front to back|rebuilt|\(oexr\): no decoder is available/.test(text)),
-          [],
-          what,
-        );
-        const pictures = nativeFrames(files[result.name]).reduce(
-          (n, frame) => n + Object.keys(frame).filter((key) => /^(key|sample) /.test(key)).length,
-          0,
-        );
-        assert.equal(result.pictures.length, pictures, what);
-        for (const { late } of result.pictures) assert.ok(Math.abs(late) < 2, `${what}: a picture of another time`);
-      }
-    },
-  );
+  test(`${name}: the same frames in window and worker`, { skip: missingBrowser(name) }, async () => {
+    const { results, reselected, violations, error } = await runPage(browser);
+    assert.equal(error, undefined);
+    assert.deepEqual(violations, []);
+    assert.equal(results.length, 2 * (5 * Object.keys(files).length + 2 * MORE.length));
+    for (const { worker, track, all, different, same } of reselected) {
+      assert.equal(all.length, 3);
+      assert.equal(different, 5 * all.length, "identical pictures cannot be distinguished");
+      assert.deepEqual(same, [all, all, [track], [track], all], worker ? "worker" : "window");
+    }
+    for (const result of results) {
+      const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
+      assert.equal(result.inWorker, result.worker, what);
+      assert.deepEqual(result.frames, expected(result.name), what);
+      // Pictures of conformance files are headers without pixels, or OpenEXR, which browsers cannot decode.
+      if (!(result.name in clips)) continue;
+      assert.deepEqual(
+        result.warnings.filter((text) => !/front to back|rebuilt|\(oexr\): no decoder is available/.test(text)),
+        [],
+        what,
+      );
+      const pictures = nativeFrames(files[result.name]).reduce(
+        (n, frame) => n + Object.keys(frame).filter((key) => /^(key|sample) /.test(key)).length,
+        0,
+      );
+      assert.equal(result.pictures.length, pictures, what);
+      for (const { late } of result.pictures) assert.ok(Math.abs(late) < 2, `${what}: a picture of another time`);
+    }
+  });
 }

@@ -1,13 +1,13 @@
 // Rungs of a ladder: which bytes are read, that mesh and pictures of a frame belong together, and which rung is chosen.
 
 import assert from "node:assert/strict";
-import { spawnSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
 import { after, test } from "node:test";
 
 import { shapedProxy } from "../../../bench/network/shaped_proxy.mjs";
+import { missingBrowser } from "../../testing/browser.mjs";
 import { onReports } from "../../testing/reports.mjs";
 import { serveFolder } from "../../testing/served.mjs";
 import { Chooser, LiveChooser, Throughput, rungsOf } from "../dist/ladder.js";
@@ -179,8 +179,7 @@ test("auto begins with the lowest rung and goes up; a change takes a whole group
 });
 
 for (const [name, browser] of Object.entries(browsers)) {
-  const missing = spawnSync(browser.program, ["--version"]).error;
-  const skip = missing && `no ${browser.program} installed`;
+  const skip = missingBrowser(name);
   test(`${name}: over a fast link the best rung comes, over a slow one it does not`, { skip }, async () => {
     const { rungs } = await play({ source: url, rung: 2 });
     for (const [bitsPerSecond, isFast] of [

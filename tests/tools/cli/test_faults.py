@@ -48,13 +48,15 @@ COMMANDS = {name: (command, out) for name, command, out in commands()}
 @pytest.mark.parametrize("exchange", [{}, {"NOEXCHANGE": "1"}], ids=["exchange", "no exchange"])
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_call_may_fail(name, exchange, work):  # noqa: F811
-    """Every n-th call of each kind: the run fails and all is as before, or it is done and all is new."""
+    """A call of each kind: the run fails and all is as before, or it is done and all is new. test_every_fault.py (nightly) does it for
+    every call; without an exchange of names only renaming differs."""
     command, out = COMMANDS[name]
     assert call(command, work).returncode in (0, 3)
     before = whole(work)
+    calls = ["rename"] if exchange else CALLS
     failures = 0
-    for call_name in CALLS:
-        for number in [1, 2, 3, 5, 9, 30]:
+    for call_name in calls:
+        for number in [1, 2, 9]:
             done = call(command, work, env=fault(call_name, number, **exchange))
             where = f"{call_name} {number}: {done.returncode} {done.stderr}"
             assert done.returncode in (0, 1, 3), where
@@ -67,7 +69,7 @@ def test_each_call_may_fail(name, exchange, work):  # noqa: F811
             assert all(path in done.stderr for path in left), (where, left)
             for path in left:
                 shutil.rmtree(work / path) if (work / path).is_dir() else (work / path).unlink()
-    assert failures >= len(CALLS) - 2, "the faults arrive"
+    assert failures >= max(1, len(calls) - 2), "the faults arrive"
 
 
 @needs_faults
