@@ -132,14 +132,17 @@ class Scripted:
 def two_workers():
     """Processes that a nanny starts again when they die. The tasks of this module travel by value."""
     cloudpickle.register_pickle_by_value(sys.modules[__name__])
-    with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 3}),
-        distributed.LocalCluster(
+    with dask.config.set({"distributed.scheduler.allowed-failures": 3}):
+        cluster = distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        yield client
+        )
+        try:
+            with distributed.Client(cluster) as client:
+                yield client
+        finally:
+            # Dask looks for a worker that has just gone while it closes, and says so by KeyError; the orders are done then.
+            with contextlib.suppress(KeyError):
+                cluster.close()
 
 
 class Hang(Exception):
