@@ -22,7 +22,7 @@ set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_ti
   "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
 set(FVV_WHOLE_TESTS "cli: (faults|max_memory|nesting|style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
-  "python: (cluster|threads|notebook|examples|capture .*)" "samples" "charts: .*" "install: .*" "fuzz: (mutations|amplification)"
+  "python: (cluster|threads|notebook|examples|capture .*)" "samples" "charts: (degradations|stability)" "install: packages?.*" "fuzz: (mutations|amplification)"
   "conformance: (decoders|rendering|large_offsets)"
   "js: (packages|samples|browser|sound|site|live|ladder|settle|network|chaos|three)" "js: docs: (samples|pages)" "js: player: .*" "js: build the video fallback"
   "js: video fallback: .*")

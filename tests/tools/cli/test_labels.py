@@ -43,6 +43,12 @@ def test_every_area_has_entries():
     assert known_areas() == {label for labels in entries().values() for label in labels} - COSTS
 
 
+def test_every_area_has_entries_of_its_own_command():
+    # ./run test real runs the nightly ones.
+    offered = {label for labels in entries().values() if {"quick", "area"} & set(labels) for label in labels}
+    assert known_areas() - {"real"} <= offered
+
+
 def test_a_shorter_form_is_of_an_entry_that_the_whole_run_has():
     # The whole run leaves them out by name.
     found = entries()
