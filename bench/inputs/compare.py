@@ -8,6 +8,8 @@ NEIGHBOURS = 12
 #: Samples of each triangle that has no equal: a polygon may have been cut along another diagonal.
 SAMPLES = 6
 MOST_PAIRS = 10_000_000
+#: Triangles without an equal whose colours are looked up.
+MOST_CUT = 1000
 AREA_PART = 2e-3
 #: Means over 64 parts of a picture level are noise of the encoder; single pixels beside edges are further off.
 COLOUR_MEDIAN, COLOUR_NEAR, COLOUR_PART = 8, 40, 0.9
@@ -57,7 +59,7 @@ def largest_distance(own, other):
 
 def difference(truth, found, tolerance):
     """None where both are the same surface, else what differs, and the match of each visible triangle of truth."""
-    (own, _), (other, _) = truth, found
+    (own, _), (other, *_) = truth, found
     pairs = matches(own, other, tolerance)
     left = (pairs < 0) & visible(own, tolerance)
     # Of two faces back to back one is sent where neither has texture coordinates: they are the same surface.
@@ -80,19 +82,34 @@ def difference(truth, found, tolerance):
     return text, pairs
 
 
-def colour_difference(truth, found, pairs):
-    """None where matched triangles have the same colours, or none were written, else what differs."""
-    (_, own), (_, other) = truth, found
-    if other is None:
-        return None
+def colours_of_pieces(corners, found):
+    """The colours in the middles of triangles that were cut into pieces: of the closest point that was found."""
+    (other, _, colours_at) = found
+    colours = np.full((len(corners), 3), np.nan)
+    for i, point in enumerate(corners.mean(1)):
+        closest = trimesh.triangles.closest_point(other, np.broadcast_to(point, (len(other), 3)))
+        face = np.linalg.norm(closest - point, axis=1).argmin()
+        weights = trimesh.triangles.points_to_barycentric(other[[face]], closest[[face]])
+        if np.isfinite(weights).all():
+            colours[i] = colours_at(np.array([face]), weights)[0]
+    return colours
+
+
+def colour_difference(truth, found, pairs, tolerance):
+    """None where triangles have the same colours in their middles, else what differs."""
+    (corners, own), (_, other, _) = truth, found
     known = (pairs >= 0) & np.isfinite(own).all(1)
-    if not known.any():
+    there, expected = other[pairs[known]], own[known]
+    cut = np.flatnonzero((pairs < 0) & np.isfinite(own).all(1) & visible(corners, tolerance))[:MOST_CUT]
+    if len(cut):
+        there = np.concatenate([there, colours_of_pieces(corners[cut], found)])
+        expected = np.concatenate([expected, own[cut]])
+    if not len(expected):
         return None
-    there = other[pairs[known]]
     lost = np.isnan(there).any(1).mean()
     if lost > 1 - COLOUR_PART:
         return f"{100 * lost:.0f} % of the triangles have lost their colours"
-    off = np.nanmax(np.abs(there - own[known]), axis=1)
+    off = np.nanmax(np.abs(there - expected), axis=1)
     off = off[np.isfinite(off)]
     if np.median(off) > COLOUR_MEDIAN or (off < COLOUR_NEAR).mean() < COLOUR_PART:
         return f"colours differ by {np.median(off):.0f} levels in the median, {100 * (off >= COLOUR_NEAR).mean():.0f} % by more than {COLOUR_NEAR}"

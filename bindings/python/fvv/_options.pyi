@@ -225,3 +225,7 @@ class MuxOptions(WriterOptions, PlanOptions, total=False):
 
     up: str | None
     #: Axis that points up: +x, -x, +y, -y, +z, -z or unknown. Default: unknown, but of glTF without cameras +y.
+
+    bake_repeats: bool | None
+    #: Cut faces on which a texture repeats at the borders of its tiles, so that each piece shows it once: more
+    #: faces. Default: such a face is an error.

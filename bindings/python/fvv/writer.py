@@ -404,7 +404,7 @@ def mux(
     """Packs a capture on disk into a stream, as `fvvmux` does, with the same bytes.
 
     capture: capture.json or its folder (spec/capture.md), or the folder of a COLMAP model or of nerfstudio's transforms.json;
-    None: meshes names them all. meshes ("f/%04d.obj"), atlas, pictures, masks, fps, units, up: in place of a
+    None: meshes names them all. meshes ("f/%04d.obj"), atlas, pictures, masks, fps, units, up, bake_repeats: in place of a
     capture.json (docs/tools/fvvmux-inputs.md); write_capture: a file for the capture.json that they amount to. target, force, options: as `Writer` has them.
     cameras: identifiers, ranges ("2-5") or names of those to take. verify=True: reads the file back and compares everything
     with the capture. segments: a folder that does not exist or is empty, for the stream in files (docs/tools/fvvserve.md). progress: called with frames done and frames in all.

@@ -195,13 +195,16 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
     const bool texture = capture.atlas.has_value(), packs = texture && !capture.atlas->pictures;
     FacePictures faces;
     faces.limit = capture.memory_limit;
+    faces.bake_repeats = texture && capture.atlas->bake_repeats;
     MeshExtras pictures; // asks an animation for them
-    loaded.mesh = capture.memory ? capture.memory->mesh(frame, normals)
-                  : capture.animation
-                      ? capture.animation->mesh(path, capture.animation_time(frame), limits, &loaded.report,
-                                                texture, normals, packs ? &pictures : nullptr)
-                  : packs ? read_mesh_pictures(path, limits, &loaded.report, normals, faces)
-                          : read_mesh(path, limits, &loaded.report, texture, normals);
+    loaded.mesh =
+        capture.memory ? capture.memory->mesh(frame, normals)
+        : capture.animation
+            ? capture.animation->mesh(path, capture.animation_time(frame), limits, &loaded.report, texture,
+                                      normals, packs ? &pictures : nullptr, faces.bake_repeats)
+        : packs   ? read_mesh_pictures(path, limits, &loaded.report, normals, faces)
+        : texture ? read_mesh_texture(path, limits, &loaded.report, normals, faces.bake_repeats)
+                  : read_mesh(path, limits, &loaded.report, false, normals);
     for (double &coordinate : loaded.mesh.positions) coordinate *= capture.metres_per_unit;
     return loaded;
   };
@@ -267,12 +270,15 @@ const gltf::Scene &MeshAnimation::read(const std::string &path, gltf::Texture te
 }
 
 Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report,
-                         bool texture, bool normals, MeshExtras *extras) const {
+                         bool texture, bool normals, MeshExtras *extras, bool bake_repeats) const {
   const gltf::Scene &source = read(path, gltf::texture_for(texture, extras), normals);
   Mesh out = gltf::pose(source, time, texture ? nullptr : extras);
-  if (texture)
-    settle_texture(out, extras ? gltf::face_pictures(source) : FacePictures(), limits_or_default(limits),
-                   path);
+  if (texture) {
+    FacePictures faces = extras ? gltf::face_pictures(source) : FacePictures();
+    faces.bake_repeats = bake_repeats;
+    settle_texture(out, faces, limits_or_default(limits), path,
+                   bake_repeats ? gltf::pose(source, std::nullopt).positions : std::vector<double>());
+  }
   const fvv_limits bounds = limits_or_default(limits);
   if (out.vertex_count() > bounds.max_vertices || out.face_count() > bounds.max_faces)
     throw Error(path + ": " + std::to_string(out.vertex_count()) + " vertices and " +

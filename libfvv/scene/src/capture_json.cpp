@@ -367,7 +367,7 @@ void read_meshes(const JsonValue &value, Capture &capture) {
 
 // After the meshes, whose texture coordinates it is for.
 Atlas read_atlas(const JsonValue &value, const Capture &capture) {
-  value.allow_keys({"pictures", "embedded", "texture_bits"});
+  value.allow_keys({"pictures", "embedded", "texture_bits", "bake_repeats"});
   if (!capture.meshes) value.fail("expected meshes wherever there is an atlas");
   Atlas atlas;
   const auto pictures = value.find("pictures"), embedded = value.find("embedded");
@@ -385,6 +385,7 @@ Atlas read_atlas(const JsonValue &value, const Capture &capture) {
   }
   if (const auto bits = value.find("texture_bits"))
     atlas.texture_bits = static_cast<uint32_t>(bits->integer(1, FVV_TEXTURE_BITS_MAX));
+  if (const auto bake = value.find("bake_repeats")) atlas.bake_repeats = bake->boolean();
   return atlas;
 }
 

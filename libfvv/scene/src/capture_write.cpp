@@ -125,6 +125,7 @@ std::string atlas_text(const Atlas &atlas) {
   std::string out = atlas.pictures ? "{\"pictures\": " + format_picture_source(*atlas.pictures, text)
                                    : "{\"embedded\": true";
   if (atlas.texture_bits) out += ", \"texture_bits\": " + std::to_string(*atlas.texture_bits);
+  if (atlas.bake_repeats) out += ", \"bake_repeats\": true";
   return out + "}";
 }
 

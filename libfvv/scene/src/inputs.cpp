@@ -428,9 +428,8 @@ void check_pictures(const Capture &capture) {
 }
 
 // Says so where the pictures of a mesh are too large together for one atlas.
-void note_scale(const std::string &path, const media::MemoryLimit &limit, std::vector<std::string> &notes) {
-  FacePictures faces;
-  faces.limit = limit;
+void note_scale(const std::string &path, const FacePictures &treated, std::vector<std::string> &notes) {
+  FacePictures faces = treated;
   try {
     read_mesh_pictures(path, nullptr, nullptr, false, faces);
     if (faces.pictures.size() < 2) return;
@@ -446,8 +445,8 @@ void note_scale(const std::string &path, const media::MemoryLimit &limit, std::v
 }
 
 // Whether the meshes bring a picture: the first that is not empty, or, so that one without does not decide
-// for all, any other. notes: why there may be none.
-bool brings_picture(const Pattern &meshes, const Frames &frames, const media::MemoryLimit &limit,
+// for all, any other. treated: without pictures, how those are treated. notes: why there may be none.
+bool brings_picture(const Pattern &meshes, const Frames &frames, const FacePictures &treated,
                     std::vector<std::string> &notes) {
   if (!may_bring_picture(meshes.text())) return false;
   bool is_first = true;
@@ -455,10 +454,10 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, const media::Me
     const std::string path = meshes.file(number);
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) continue; // is said when all files are checked
-    check_mesh_memory(path, limit);
+    check_mesh_memory(path, treated.limit);
     if (is_gltf(path)) {
       if (facts_of(path).base_colour) {
-        note_scale(path, limit, notes);
+        note_scale(path, treated, notes);
         return true;
       }
     } else if (is_one_of(path, {".ply"})) {
@@ -466,7 +465,7 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, const media::Me
       if (!pictures.empty()) {
         const fs::path folder = fs::path(path).parent_path();
         if (fs::is_regular_file(folder / pictures[0], ignored)) {
-          note_scale(path, limit, notes);
+          note_scale(path, treated, notes);
           return true;
         }
         notes.push_back(path + ": has no picture: that of its comment TextureFile, " + quote(pictures[0]) +
@@ -478,7 +477,7 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, const media::Me
       if (is_first || bytes.find("mtllib") != bytes.npos) {
         const ObjMaterials materials = parse_obj_materials(bytes, path);
         if (materials.picture) {
-          note_scale(path, limit, notes);
+          note_scale(path, treated, notes);
           return true;
         }
         if (is_first)
@@ -505,10 +504,13 @@ void set_meshes(Capture &capture, const Inputs &inputs, const Names &names) {
   if (capture.animation) capture.animation = animation(capture.frames.first);
   capture.meshes = parse_pattern("meshes", names(inputs.meshes, false));
   if (atlas) capture.atlas = Atlas{names(*atlas, capture.frames), std::nullopt};
-  if (inputs.atlas == embedded ||
-      (inputs.atlas.empty() && capture.cameras.empty() &&
-       brings_picture(meshes, capture.frames, capture.memory_limit, capture.notes)))
+  FacePictures treated;
+  treated.limit = capture.memory_limit;
+  treated.bake_repeats = inputs.bake_repeats;
+  if (inputs.atlas == embedded || (inputs.atlas.empty() && capture.cameras.empty() &&
+                                   brings_picture(meshes, capture.frames, treated, capture.notes)))
     capture.atlas = Atlas{};
+  if (capture.atlas) capture.atlas->bake_repeats = inputs.bake_repeats;
 }
 
 // As JSON. by_gltf: what glTF defines is the default.
@@ -525,7 +527,7 @@ std::string units_text(const Inputs &inputs, bool by_gltf) {
 
 bool Inputs::is_given() const {
   return !meshes.empty() || !atlas.empty() || !pictures.empty() || !masks.empty() || frame_duration ||
-         !units.empty() || !up.empty();
+         !units.empty() || !up.empty() || bake_repeats;
 }
 
 fvv_rational parse_frame_rate(const char *option, const std::string &text) {
@@ -588,6 +590,10 @@ void check_inputs(const Inputs &inputs) {
       refuse(option, "{name} or {id} to tell the cameras apart", *text);
     if (!is_video(*text)) parse_pattern(option, *text);
   }
+  if (inputs.bake_repeats && (inputs.meshes.empty() || inputs.atlas == no_atlas))
+    refuse_option("bake-repeats", inputs.meshes.empty()
+                                      ? "expected " + option_name("meshes") + " too, found none"
+                                      : "expected an atlas, found " + quote(inputs.atlas));
   if (!inputs.units.empty()) parse_units(inputs.units);
   if (!inputs.up.empty()) parse_up(inputs.up);
 }
@@ -639,7 +645,7 @@ Capture load_capture(const std::string &given, const Inputs &inputs, const media
     if (inputs.is_given())
       throw Error(option_name("meshes") + ", " + option_name("atlas") + ", " + option_name("pictures") +
                       ", " + option_name("masks") + ", " + option_name("fps") + ", " + option_name("units") +
-                      ", " + option_name("up") +
+                      ", " + option_name("up") + ", " + option_name("bake-repeats") +
                       ": expected without a "
                       "capture.json, found " +
                       file,

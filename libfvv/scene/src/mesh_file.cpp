@@ -53,8 +53,8 @@ void check_mesh_memory(const std::string &path, const media::MemoryLimit &limit)
                       size + std::min(largest, std::min(size, largest) * times), limit);
 }
 
-Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
-               bool normals, MeshExtras *extras) {
+Mesh parse_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
+                bool normals, MeshExtras *extras) {
   const std::string extension = extension_of(path);
   const auto parse = extension == ".obj"                            ? parse_obj
                      : extension == ".ply"                          ? parse_ply
@@ -62,7 +62,12 @@ Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *re
                      : is_gltf(path)                                ? parse_gltf
                                                                     : nullptr;
   if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .draco, .glb or .gltf");
-  Mesh mesh = parse(read_file(path, max_mesh_file), path, limits, report, texture, normals, extras);
+  return parse(read_file(path, max_mesh_file), path, limits, report, texture, normals, extras);
+}
+
+Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
+               bool normals, MeshExtras *extras) {
+  Mesh mesh = parse_mesh(path, limits, report, texture, normals, extras);
   if (texture) settle_texture(mesh, {}, limits_or_default(limits), path);
   return mesh;
 }
@@ -80,7 +85,7 @@ Mesh parse_gltf_pictures(std::string_view bytes, const std::string &name, const 
   const gltf::Scene scene = gltf::read_scene(bytes, name, gltf::NoAnimation{}, limits_or_default(limits),
                                              gltf::Texture::pictures, normals);
   if (report) report->lines_and_points += scene.report.lines_and_points;
-  faces = gltf::face_pictures(scene);
+  faces.replace_pictures(gltf::face_pictures(scene));
   return gltf::pose(scene, std::nullopt);
 }
 

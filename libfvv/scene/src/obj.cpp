@@ -429,7 +429,7 @@ Mesh parse_obj_pictures(std::string_view bytes, const std::string &name, const f
   ObjReader reader(as_usual(bytes, kept), name, bounds, report ? *report : ignored, true, normals, false,
                    true);
   Mesh mesh = reader.read();
-  faces = reader.face_pictures();
+  faces.replace_pictures(reader.face_pictures());
   return mesh;
 }
 

@@ -73,6 +73,7 @@ struct Inputs {
   // As in capture.json. Default: those of glTF where meshes are glTF and there is no calibration, else
   // unknown.
   std::string units, up;
+  bool bake_repeats = false; // as Atlas has it
 
   bool is_given() const;
 };

@@ -248,6 +248,19 @@ std::vector<Option> input_options() {
           "axis that points up: +x, -x, +y, -y, +z, -z or unknown. Default: unknown, but of glTF "
           "without cameras +y")
           .input<&scene::Inputs::up>("str", "-y"),
+      Row("bake-repeats", "",
+          "cut faces on which a texture repeats at the borders of its tiles, so that each piece shows it "
+          "once: "
+          "more faces. Default: such a face is an error")
+          .custom(
+              "bool", "on",
+              [](Options &options, const std::string &text) {
+                if (text != "on" && text != "off") refuse_value("bake-repeats", "on or off", text);
+                options.inputs.bake_repeats = text == "on";
+              },
+              [](const Options &options) { return options.inputs.bake_repeats ? "on" : ""; })
+          .of_capture()
+          .unplanned(),
   };
 }
 

@@ -36,9 +36,10 @@ public:
 
   // The scene at a time in seconds, in the file's units. path: the file, the same in every call. Vertices and
   // faces are the same at every time; before the first keyframe and after the last one the nearest applies.
-  // texture, normals: as parse_gltf has it. Error. Several threads may call these two.
+  // texture, normals: as parse_gltf has it; bake_repeats: as Atlas has it. Error. Several threads may call
+  // these two.
   Mesh mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report, bool texture,
-            bool normals, MeshExtras *extras = nullptr) const;
+            bool normals, MeshExtras *extras = nullptr, bool bake_repeats = false) const;
   // Time of the last keyframe in seconds; reads the file for mesh() without normals.
   double end(const std::string &path, bool texture) const;
 
@@ -81,7 +82,8 @@ struct Camera {
 struct Atlas {
   std::optional<PictureSource> pictures; // nothing: the base colour images of glTF files
   std::optional<uint32_t>
-      texture_bits; // of texture indices in the stream that this comes from, or is made for
+      texture_bits;          // of texture indices in the stream that this comes from, or is made for
+  bool bake_repeats = false; // cut faces on which a picture repeats, so that each piece shows it once
 };
 
 // The static environment (environment.h).

@@ -3,6 +3,7 @@
 #include "fvv_geometry/rect_pack.h"
 #include "fvv_media/image.h"
 #include "fvv_scene/file_io.h"
+#include "scene/src/atlas/tile_cut.h"
 #include "scene/src/mesh_build.h"
 
 #include <algorithm>
@@ -145,9 +146,19 @@ size_t FacePictures::add(FacePicture picture, const std::string &key) {
   return pictures.size() - 1;
 }
 
+const FacePicture *FacePictures::of(size_t face) const {
+  return pictures.empty() ? nullptr : &pictures[pictures.size() > 1 ? of_face[face] : 0];
+}
+
 bool FacePictures::has_picture() const {
   return std::any_of(pictures.begin(), pictures.end(),
                      [](const FacePicture &one) { return !one.is_colour(); });
+}
+
+void FacePictures::replace_pictures(FacePictures other) {
+  pictures = std::move(other.pictures);
+  of_face = std::move(other.of_face);
+  keys = std::move(other.keys);
 }
 
 AtlasLayout lay_out_atlas(const FacePictures &faces, const std::string &name) {
@@ -189,7 +200,9 @@ void settle_face(double (&corners)[3], const FacePicture *picture, size_t axis, 
     throw Error(name + ": face " + std::to_string(face) +
                 ": expected texture coordinates within one picture, found " + "uv"[axis] +
                 std::string(" from ") + range_text(range) +
-                ": the picture repeats on the face; bake it into an atlas, or do without (" +
+                ": the picture repeats on the face; have such faces cut (" + option_name("bake-repeats") +
+                ", or bake_repeats of the atlas in a capture.json), bake the picture into an atlas, or do "
+                "without (" +
                 option_name("atlas", "none") + ")");
   for (double &at : corners) {
     at = std::clamp(at - whole, 0.0, 1.0);
@@ -197,10 +210,43 @@ void settle_face(double (&corners)[3], const FacePicture *picture, size_t axis, 
   }
 }
 
+// u v of each corner; those of a face with one colour are in the middle of it.
+std::vector<double> corner_texture(const Mesh &mesh, const FacePictures &faces) {
+  std::vector<double> texture;
+  texture.reserve(2 * mesh.faces.size());
+  for (size_t i = 0; i < mesh.faces.size(); i++) {
+    const FacePicture *picture = faces.of(i / 3);
+    const double *own = &mesh.texture[2 * size_t(mesh.faces[i])];
+    if (picture && picture->is_colour())
+      texture.insert(texture.end(), 2, 0.5);
+    else
+      texture.insert(texture.end(), own, own + 2);
+  }
+  return texture;
+}
+
+// Where the faces may be cut.
+std::vector<std::array<TileBorders, 2>> tile_borders(const std::vector<double> &texture,
+                                                     const FacePictures &faces) {
+  std::vector<std::array<TileBorders, 2>> borders(texture.size() / 6);
+  for (size_t face = 0; face < borders.size(); face++) {
+    const FacePicture *picture = faces.of(face);
+    for (size_t axis = 0; axis < 2; axis++) {
+      const double *at = &texture[6 * face + axis];
+      const FaceAxis range(at[0], at[2], at[4]);
+      const bool clamped = picture && picture->wrap[axis] == Wrap::clamp;
+      borders[face][axis] = range.fits(clamped ? 0 : range.shift()) ? TileBorders::none
+                            : clamped                               ? TileBorders::own
+                                                                    : TileBorders::all;
+    }
+  }
+  return borders;
+}
+
 } // namespace
 
-void settle_texture(Mesh &mesh, const FacePictures &faces, const fvv_limits &limits,
-                    const std::string &name) {
+void settle_texture(Mesh &mesh, const FacePictures &faces, const fvv_limits &limits, const std::string &name,
+                    const std::vector<double> &rest) {
   const bool several = faces.pictures.size() > 1;
   if (mesh.texture.empty() ||
       (!several && std::all_of(mesh.texture.begin(), mesh.texture.end(),
@@ -208,24 +254,28 @@ void settle_texture(Mesh &mesh, const FacePictures &faces, const fvv_limits &lim
     return;
   AtlasLayout layout;
   if (several) layout = lay_out_atlas(faces, name);
+  TileCut cut;
+  cut.texture = corner_texture(mesh, faces);
+  if (faces.bake_repeats) {
+    cut = cut_at_tiles(mesh, cut.texture, tile_borders(cut.texture, faces),
+                       rest.empty() ? mesh.positions : rest, rounding, limits, name);
+    apply_cut(cut, mesh);
+  }
   std::vector<double> texture, normals;
   texture.reserve(2 * mesh.faces.size());
   for (size_t face = 0; face < mesh.face_count(); face++) {
-    const size_t index = several ? faces.of_face[face] : 0;
-    const FacePicture *picture = faces.pictures.empty() ? nullptr : &faces.pictures[index];
+    const size_t whole = faces.bake_repeats ? cut.whole[face] : face;
     double pairs[2][3];
     for (size_t axis = 0; axis < 2; axis++) {
-      for (size_t c = 0; c < 3; c++)
-        pairs[axis][c] =
-            picture && picture->is_colour() ? 0.5 : mesh.texture[2 * size_t(mesh.faces[3 * face + c]) + axis];
-      settle_face(pairs[axis], picture, axis, face, name);
+      for (size_t c = 0; c < 3; c++) pairs[axis][c] = cut.texture[6 * face + 2 * c + axis];
+      settle_face(pairs[axis], faces.of(whole), axis, whole, name);
     }
     for (size_t c = 0; c < 3; c++) {
       if (!several) {
         texture.insert(texture.end(), {pairs[0][c], pairs[1][c]});
         continue;
       }
-      const AtlasPlace &place = layout.places[index];
+      const AtlasPlace &place = layout.places[faces.of_face[whole]];
       texture.push_back((place.x + pairs[0][c] * place.width) / layout.width);
       texture.push_back((place.y + pairs[1][c] * place.height) / layout.height);
     }
@@ -235,6 +285,15 @@ void settle_texture(Mesh &mesh, const FacePictures &faces, const fvv_limits &lim
     normals.insert(normals.end(), normal, normal + 3);
   }
   split_seams(mesh, texture, normals, limits, name);
+}
+
+Mesh read_mesh_texture(const std::string &path, const fvv_limits *limits, MeshReport *report, bool normals,
+                       bool bake_repeats) {
+  Mesh mesh = parse_mesh(path, limits, report, true, normals);
+  FacePictures faces;
+  faces.bake_repeats = bake_repeats;
+  settle_texture(mesh, faces, limits_or_default(limits), path);
+  return mesh;
 }
 
 Mesh read_mesh_pictures(const std::string &path, const fvv_limits *limits, MeshReport *report, bool normals,

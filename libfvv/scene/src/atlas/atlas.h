@@ -28,10 +28,14 @@ struct FacePictures {
   std::vector<FacePicture> pictures;
   std::vector<uint32_t> of_face;
   media::MemoryLimit limit = {}; // of decoding one of them
+  bool bake_repeats = false;     // cut faces on which one of them repeats
 
   size_t add(FacePicture picture, const std::string &key); // its index; one with a known key is not added
+  const FacePicture *of(size_t face) const;                // NULL: one that is not known
   // The others show something only where there is a picture.
   bool has_picture() const;
+  // Takes over what a mesh shows; how it is to be treated stays.
+  void replace_pictures(FacePictures other);
 
 private:
   std::vector<std::string> keys;
@@ -55,8 +59,11 @@ std::string atlas_picture(const FacePictures &faces, const std::string &name);
 
 // Brings texture coordinates into 0 to 1, and onto the atlas if there are several pictures: a shift by whole
 // pictures is exact where they repeat, what lies outside by less than can be seen is rounded. Vertices are
-// split where faces are shifted unlike. Throws Error for a face on which its picture repeats.
-void settle_texture(Mesh &mesh, const FacePictures &faces, const fvv_limits &limits, const std::string &name);
+// split where faces are shifted unlike. A face on which its picture repeats is cut where that begins again,
+// if faces.bake_repeats is set; else it is an Error. rest: of a mesh that is animated, x y z of its vertices
+// by which the cuts of neighbours meet; empty: those of the mesh.
+void settle_texture(Mesh &mesh, const FacePictures &faces, const fvv_limits &limits, const std::string &name,
+                    const std::vector<double> &rest = {});
 
 // The readers of mesh files with texture coordinates of unlike pictures, which they had before
 // settle_texture. Faces that show a colour alone may lack them.
@@ -68,6 +75,12 @@ Mesh parse_gltf_pictures(std::string_view bytes, const std::string &name, const 
                          MeshReport *report, bool normals, FacePictures &faces);
 // The names after "comment TextureFile" in the header of a PLY file that has texture coordinates; else none.
 std::vector<std::string> ply_pictures(std::string_view bytes, const std::string &name);
+// A mesh file by the extension of path, as it is, and with texture coordinates of one picture that another
+// file has.
+Mesh parse_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
+                bool normals, MeshExtras *extras = nullptr);
+Mesh read_mesh_texture(const std::string &path, const fvv_limits *limits, MeshReport *report, bool normals,
+                       bool bake_repeats);
 // By the extension of path, which may bring a picture.
 Mesh read_mesh_pictures(const std::string &path, const fvv_limits *limits, MeshReport *report, bool normals,
                         FacePictures &faces);
