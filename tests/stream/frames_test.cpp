@@ -12,6 +12,7 @@ namespace {
 struct How {
   size_t step = 0; // bytes pushed at a time, 0: all
   bool eager = true, detail = false, join = false;
+  std::vector<uint16_t> left_out;
   const fvv_limits *limits = nullptr;
   const fvv_allocator *allocator = nullptr;
 };
@@ -27,6 +28,7 @@ Frames frames_of(const How &how) {
   REQUIRE(status == FVV_OK);
   if (how.detail) fvv_frames_analyse(frames);
   if (how.join) REQUIRE(fvv_frames_join(frames) == FVV_OK);
+  REQUIRE(fvv_frames_leave_out(frames, how.left_out.data(), how.left_out.size()) == FVV_OK);
   return Frames(frames, fvv_frames_destroy);
 }
 
@@ -63,7 +65,8 @@ std::string line_of(const fvv_frames *frames, const fvv_frames_event &event) {
     out << "group end" << (event.whole ? "" : " broken");
     break;
   case FVV_FRAMES_DAMAGE:
-    out << "damage " << event.diagnostic.issue << ' ' << event.skipped << ' ' << event.diagnostic.message;
+    out << "damage " << event.diagnostic.issue << ' ' << event.skipped << ' ' << event.diagnostic.message
+        << (event.whole ? " spared" : "");
     break;
   case FVV_FRAMES_END:
     out << "end";
@@ -224,19 +227,21 @@ TEST_CASE("after damage the rest of the group is left out, and the next group co
   for (const Place &damaged : chunks) {
     if (!of_frame(damaged)) continue;
     // Of its group the frames that are over before it, of the others all. A frame that waits for the next
-    // chunk, which is the damaged one, is not over; that at the group's start has both tracks.
-    std::vector<int64_t> eager, late;
+    // chunk, which is the damaged one, is over if the header of that is intact; that at the group's start has
+    // both tracks.
+    std::vector<int64_t> eager, late, with_header;
     const int64_t lost = time_of(damaged);
     for (int64_t t = 0; t < 18; t += 2) {
       const bool other = t / 6 != lost / 6;
       if (other || t + 2 < lost) late.push_back(t);
       if (other || t + 2 < lost || (t < lost && t % 6 == 0)) eager.push_back(t);
+      if (other || t < lost) with_header.push_back(t);
     }
     for (const size_t byte : {size_t(9), damaged.extent - 9}) { // of the header, of the payload
       Bytes bytes = good;
       bytes[damaged.offset + byte] ^= 4;
       const auto lines = events_of(bytes);
-      CHECK(times_of(lines) == eager);
+      CHECK(times_of(lines) == (byte == 9 ? eager : with_header));
       REQUIRE(!having(lines, "damage").empty());
       CHECK(having(lines, "group end broken").size() == 1);
       How detail;
@@ -245,6 +250,190 @@ TEST_CASE("after damage the rest of the group is left out, and the next group co
       CHECK(times_of(events_of(bytes, detail)) == late);
     }
   }
+}
+
+namespace {
+
+// Two rungs of meshes and pictures with their visibility, colours, sound and an environment: 3 groups of 3
+// frames.
+enum : uint16_t { mesh = 1, video = 2, low_mesh = 3, low_video = 4, seen = 5, sound = 6, around = 7 };
+
+Chunk sound_config_chunk(uint16_t track) {
+  static const uint8_t head[] = {'O', 'p', 'u',  's',  'H', 'e', 'a', 'd', 1, 1,
+                                 0,   0,   0x80, 0xbb, 0,   0,   0,   0,   0};
+  fvv_audio_config config = {};
+  config.codec = FVV_CODEC_OPUS;
+  config.channels = 1;
+  config.packet_duration = 960;
+  config.record = head;
+  config.record_size = sizeof head;
+  return {FVV_CHUNK_AUDIO_CONFIG, track, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
+            return fvv_audio_config_encode(&config, out, n, size, nullptr);
+          })};
+}
+
+Stream ladder_stream() {
+  Stream out = good_stream(0);
+  const auto tracks = out.configuration.begin() + 3;
+  out.configuration.insert(
+      tracks, {track_chunk(low_mesh, FVV_TRACK_MESH), track_chunk(low_video, FVV_TRACK_VIDEO),
+               track_chunk(seen, FVV_TRACK_VISIBILITY), track_chunk(sound, FVV_TRACK_AUDIO, {1, 48000}),
+               track_chunk(around, FVV_TRACK_ENVIRONMENT)});
+  out.configuration.insert(
+      out.configuration.end() - 1,
+      {video_chunk(low_video), tiles_chunk(low_video, two_tiles), sound_config_chunk(sound)});
+  for (int g = 0; g < 3; g++) {
+    Group group = {6 * g, 6 * g + 6, {}};
+    for (int f = 0; f < 3; f++) {
+      const int64_t time = 6 * g + 2 * f;
+      group.chunks.push_back(mesh_chunk(time, f, mesh));
+      group.chunks.push_back(mesh_chunk(time, f, low_mesh));
+      group.chunks.push_back(sample_chunk(time, f, video));
+      group.chunks.push_back(sample_chunk(time, f, low_video));
+      // Payloads of these are not read here.
+      group.chunks.push_back({FVV_CHUNK_VISIBILITY, seen, FVV_FLAG_KEY, time, Bytes(20, uint8_t(f))});
+      if (f == 1) group.chunks.push_back({FVV_CHUNK_ENVIRONMENT, around, FVV_FLAG_KEY, time, Bytes(12, 7)});
+      group.chunks.push_back({FVV_CHUNK_AUDIO, sound, FVV_FLAG_KEY, time, Bytes(9, uint8_t(f))});
+      group.chunks.push_back({FVV_CHUNK_AUDIO, sound, FVV_FLAG_KEY, time + 1, Bytes(9, uint8_t(f))});
+    }
+    out.groups.push_back(group);
+  }
+  return out;
+}
+
+uint16_t track_of(const Bytes &stream, const Place &place) {
+  return uint16_t(stream[place.offset + FVV_CHUNK_HEADER_TRACK] |
+                  stream[place.offset + FVV_CHUNK_HEADER_TRACK + 1] << 8);
+}
+int64_t time_of(const Bytes &stream, const Place &place) {
+  int64_t time;
+  std::memcpy(&time, stream.data() + place.offset + FVV_CHUNK_HEADER_TIME, sizeof time);
+  return time;
+}
+
+bool is_of_group(const Place &place) {
+  for (const uint32_t type :
+       {FVV_CHUNK_MESH, FVV_CHUNK_VIDEO_PACKET, FVV_CHUNK_VISIBILITY, FVV_CHUNK_ENVIRONMENT, FVV_CHUNK_AUDIO})
+    if (place.type == type) return true;
+  return false;
+}
+
+const std::vector<int64_t> all_times = {0, 2, 4, 6, 8, 10, 12, 14, 16};
+
+} // namespace
+
+TEST_CASE("tracks that are left out are in no frame, and frames keep their number") {
+  const Bytes good = write(ladder_stream());
+  for (const bool eager : {true, false}) {
+    How how;
+    how.eager = eager;
+    how.left_out = {low_mesh, low_video, around};
+    const auto lines = events_of(good, how);
+    CHECK(times_of(lines) == all_times);
+    const size_t chunks = eager ? 3 : 4; // sound may come after the frame
+    for (const std::string &line : having(lines, "frame "))
+      CHECK(line.find(' ' + std::to_string(chunks) + ' ') != std::string::npos);
+    how.left_out = {mesh, video, low_mesh, low_video, seen, sound, around};
+    const auto none = events_of(good, how);
+    CHECK(times_of(none) == all_times);
+    CHECK(having(none, "between").empty());
+    CHECK(having(none, "damage").empty());
+    CHECK(having(none, "group end") == std::vector<std::string>(3, "group end"));
+  }
+}
+
+TEST_CASE("a damaged payload costs the frames that need its track, and no others") {
+  const Bytes good = write(ladder_stream());
+  size_t spared = 0, needed = 0;
+  for (const Place &place : chunks_of(good)) {
+    const uint16_t track = track_of(good, place);
+    const int64_t time = time_of(good, place);
+    if (!is_of_group(place)) continue;
+    INFO("track " << track << " at " << time);
+    Bytes bad = good;
+    bad[place.offset + FVV_CHUNK_HEADER_SIZE + 3] ^= 4;
+    for (const bool eager : {true, false}) {
+      How how;
+      how.eager = eager;
+      how.left_out = {low_mesh, low_video};
+      const auto lines = events_of(bad, how);
+      REQUIRE(having(lines, "damage").size() == 1);
+      const bool is_needed = track == mesh || track == video || track == seen;
+      std::vector<int64_t> expected;
+      for (const int64_t t : all_times)
+        if (!is_needed || t < time || t >= time / 6 * 6 + 6) expected.push_back(t);
+      CHECK(times_of(lines) == expected);
+      CHECK((having(lines, "damage")[0].find("spared") == std::string::npos) == is_needed);
+      CHECK(having(lines, "group end broken").size() == is_needed);
+      (is_needed ? needed : spared)++;
+      // Frames are those of the undamaged stream; of sound and environment what follows in the group is lost.
+      const auto undamaged = having(events_of(good, how), "frame ");
+      for (const std::string &line : having(lines, "frame "))
+        if (track != sound && track != around)
+          CHECK(std::count(undamaged.begin(), undamaged.end(), line) == 1);
+      for (const size_t step : {1, 33}) {
+        how.step = step;
+        CHECK(events_of(bad, how) == lines);
+      }
+    }
+    // All tracks are used.
+    const auto lines = events_of(bad);
+    CHECK(having(lines, "group end broken").size() == (track != sound && track != around));
+  }
+  CHECK((needed == 54 && spared == 78));
+}
+
+TEST_CASE("bytes that are lost, or a header, cost the rest of the group, whatever is left out") {
+  const Bytes good = write(ladder_stream());
+  How how;
+  how.left_out = {low_mesh, low_video};
+  size_t tried = 0;
+  for (const Place &place : chunks_of(good)) {
+    const uint16_t track = track_of(good, place);
+    const int64_t time = time_of(good, place);
+    if (!is_of_group(place) || (track != low_mesh && track != low_video)) continue;
+    const auto at = std::ptrdiff_t(place.offset), end = at + std::ptrdiff_t(place.extent);
+    Bytes header = good, removed = good, twice = good;
+    header[place.offset + 9] ^= 4;
+    removed.erase(removed.begin() + at, removed.begin() + end);
+    twice.insert(twice.begin() + at, good.begin() + at, good.begin() + end);
+    for (const Bytes &bad : {header, removed, twice}) {
+      const auto lines = events_of(bad, how);
+      for (const int64_t t : times_of(lines)) CHECK((t <= time || t >= time / 6 * 6 + 6));
+      CHECK(having(lines, "group end broken").size() == 1);
+    }
+    tried++;
+  }
+  CHECK(tried == 18);
+}
+
+TEST_CASE("a loss after damage that was said to cost nothing is reported") {
+  const Bytes good = write(ladder_stream());
+  const std::vector<Place> chunks = chunks_of(good);
+  How how;
+  how.left_out = {low_mesh, low_video};
+  size_t tried = 0;
+  for (size_t i = 0; i < chunks.size(); i++) {
+    if (!is_of_group(chunks[i]) || track_of(good, chunks[i]) != low_mesh) continue;
+    const Place &other = chunks[i + 2]; // a chunk of low_video
+    Bytes bad = good;
+    bad[chunks[i].offset + FVV_CHUNK_HEADER_SIZE + 3] ^= 4;
+    bad.erase(bad.begin() + std::ptrdiff_t(other.offset),
+              bad.begin() + std::ptrdiff_t(other.offset + other.extent));
+    const auto damage = having(events_of(bad, how), "damage");
+    REQUIRE(damage.size() == 3); // the last one is of the footer, which has the size of the file
+    CHECK(damage[0].find("spared") != std::string::npos);
+    CHECK(damage[1].find("damage " + std::to_string(FVV_ISSUE_CONTINUITY)) == 0);
+    CHECK(damage[1].find("spared") == std::string::npos);
+    CHECK(having(events_of(bad, how), "group end broken").size() == 1);
+    for (const size_t step : {1, 33}) {
+      How pieces = how;
+      pieces.step = step;
+      CHECK(events_of(bad, pieces) == events_of(bad, how));
+    }
+    tried++;
+  }
+  CHECK(tried == 9);
 }
 
 TEST_CASE("damage has its place and the bytes that were passed over") {

@@ -48,10 +48,11 @@ inline Chunk scene_chunk() {
             return fvv_scene_encode(&scene, out, n, size, nullptr);
           })};
 }
-inline Chunk track_chunk(uint16_t id, uint8_t kind) {
+inline Chunk track_chunk(uint16_t id, uint8_t kind, fvv_rational time_base = {}) {
   fvv_track track = {};
   track.id = id;
   track.kind = kind;
+  track.time_base = time_base;
   track.name = "name";
   track.name_size = 4;
   return {FVV_CHUNK_TRACK, id, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {

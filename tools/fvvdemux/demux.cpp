@@ -325,8 +325,12 @@ uint32_t threads_within_memory(fvv_stream *stream, const std::string &name, cons
 class DemuxRun {
 public:
   DemuxRun(const std::string &input, const Options &chosen, Result &out)
-      : result(out), options(chosen), file(input), survey(file), stream(open_stream(file)),
-        plan(make_plan(stream.get(), file, options.frames, survey)) {
+      : result(out), options(chosen), file(input),
+        survey(file, nullptr,
+               [this](const fvv_configuration &configuration, const fvv_track &track) {
+                 return writes_track(configuration, track, options.rung);
+               }),
+        stream(open_stream(file)), plan(make_plan(stream.get(), file, options.frames, survey)) {
     const int64_t last = options.frames.everything() ? -1 : options.frames.largest();
     if (last >= plan.count && !plan.rebuilt)
       throw Error("--frames: frame " + std::to_string(last) + " is not in the stream, which has " +

@@ -237,6 +237,13 @@ void lose(std::vector<Loss> &losses, int64_t first, int64_t last, const std::str
 
 } // namespace
 
+bool writes_track(const fvv_configuration &configuration, const fvv_track &track, size_t rung) {
+  const bool is_written = track.kind == FVV_TRACK_MESH || track.kind == FVV_TRACK_VIDEO ||
+                          track.kind == FVV_TRACK_CALIBRATION ||
+                          (track.kind == FVV_TRACK_COLOURS && !configuration.video_count);
+  return is_written && in_rung(configuration, track.id, rung);
+}
+
 GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,
                          LazySurvey &survey, const FileName &name, cli::OutputFolder &folder) {
   GroupResult result;
@@ -260,17 +267,9 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
   int64_t whole = plan.count;
   std::string behind_whole;
   if (!plan.complete || !group.intact) {
-    const auto matters = [&](uint16_t id) {
-      const fvv_track *track = fvv_configuration_track(configuration, id);
-      const bool is_written = !track || track->kind == FVV_TRACK_MESH || track->kind == FVV_TRACK_VIDEO ||
-                              track->kind == FVV_TRACK_CALIBRATION ||
-                              (track->kind == FVV_TRACK_COLOURS && !configuration->video_count);
-      return is_written && in_rung(*configuration, id, options.rung);
-    };
-    fvv_diagnostic why = {};
-    const uint64_t frames = survey.group(group.offset).frames_of(matters, why);
-    if (frames < uint64_t(whole)) whole = int64_t(frames);
-    behind_whole = why.status ? text_of(why) : "the stream ends within its group";
+    const Survey::Group surveyed = survey.group(group.offset);
+    if (surveyed.whole < uint64_t(whole)) whole = int64_t(surveyed.whole);
+    behind_whole = surveyed.reason.status ? text_of(surveyed.reason) : "the stream ends within its group";
   }
   GroupDecoder decoder(stream, *configuration, options, plan.frame, name, folder);
   const fvv_status found = decoder.find_tiles(plan.group, diagnostic);

@@ -40,6 +40,9 @@ using FileName = std::function<std::string(const std::string &folder, int64_t nu
 Pictures files_of(Pictures wanted, const fvv_video_config &config);
 const char *extension_of(Pictures pictures);
 
+// Whether frames of a rung have files with what a track carries.
+bool writes_track(const fvv_configuration &configuration, const fvv_track &track, size_t rung);
+
 // plan: one whose stream is opened from the same file. Error when a file can't be
 // written.
 GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,

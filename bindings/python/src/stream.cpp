@@ -185,7 +185,10 @@ void Stream::meet(const fvv_diagnostic &d) {
 
 Stream::Stream(const py::object &object, const std::string &name, size_t the_rung, const py::dict &given)
     : limits(given), rung(the_rung), source(object, name), total(source.file().size()),
-      survey(source.file(), &limits.core) {
+      survey(source.file(), &limits.core,
+             [this](const fvv_configuration &configuration, const fvv_track &track) {
+               return in_rung(configuration, track.id, rung);
+             }) {
   run([&] {
     const fvv_input input = source.file().input();
     byte_count = input.size;
@@ -242,13 +245,9 @@ Stream::Located Stream::locate(size_t i) {
   // Only now it is known whether the group's table is valid.
   const fvv_group_info &group = *fvv_stream_group(stream.get(), place.plan.group);
   if (!place.plan.complete || !group.intact) {
-    const fvv_configuration &configuration = configuration_of(place.plan.group);
-    const auto matters = [&](uint16_t id) {
-      return !fvv_configuration_track(&configuration, id) || in_rung(configuration, id, rung);
-    };
-    fvv_diagnostic why = {};
-    if (inside >= survey.group(group.offset).frames_of(matters, why)) {
-      if (why.status) throw Failure(why, source.name());
+    const demux::Survey::Group surveyed = survey.group(group.offset);
+    if (inside >= surveyed.whole) {
+      if (surveyed.reason.status) throw Failure(surveyed.reason, source.name());
       throw Failure(FVV_ERROR_TRUNCATED, "the stream ends within the frame's group", source.name());
     }
   }

@@ -153,6 +153,42 @@ def test_without_an_index_a_damaged_chunk_of_another_rung_costs_nothing(players)
     assert tried
 
 
+def test_read_from_a_pipe_a_damaged_chunk_of_another_rung_costs_nothing(players):
+    """Nor does one of a kind that is not decoded; one that is decoded costs the frames from it to the end of its group."""
+    content = players.read_bytes()
+    with fvv.open(content) as clip:
+        best, other = (set(rung.tracks) for rung in clip.rungs)
+
+    def shown(stream):
+        frames = [
+            event.frame
+            for event in fed(stream, [5000], visibility=False)
+            if isinstance(event, fvv.FrameEvent)
+        ]
+        return {f.ticks: (f.mesh.lattice.tobytes(), f.pictures[2].pixels.tobytes()) for f in frames}
+
+    expected = shown(content)
+    assert len(expected) == 12
+    at, first, tried = 24, content.index(b"GRUP"), {}
+    for chunk in container.chunks(content):
+        middle, at = at + 32 + len(chunk.payload) // 2, at + 32 + (len(chunk.payload) + 7) // 8 * 8
+        if at < first or chunk.kind not in (b"MESH", b"VPKT", b"VISI"):
+            continue
+        is_used = chunk.track in best and chunk.kind != b"VISI"
+        key = (chunk.kind, is_used)
+        tried[key] = tried.get(key, 0) + 1
+        if tried[key] > 4:
+            continue
+        found = shown(flipped(content, middle))
+        assert all(found[ticks] == expected[ticks] for ticks in found)
+        if not is_used:
+            assert len(found) == 12, chunk
+        else:
+            group = [t for t in expected if t < chunk.time]
+            assert len(found) < 12 and all(t in found for t in group)
+    assert {(b"VPKT", False), (b"VISI", False), (b"VPKT", True), (b"MESH", True)} <= tried.keys()
+
+
 def test_damaged_pictures(players):
     content = players.read_bytes()
     with fvv.open(content) as clip:

@@ -178,7 +178,7 @@ export class Playback {
         this.#emit("configuration", session.configuration());
         state.fromIndex = false;
       }
-      if (kind === "damage" && !state.quiet) this.#reportDamage(state, session.damage());
+      if (kind === "damage" && !state.quiet) this.#reportDamage(state, session.damage(), session.isSpared);
       if (kind === "group") {
         const about = session.about();
         if (await this.#reader.redirects(state, about)) return;
@@ -195,12 +195,13 @@ export class Playback {
     }
   }
 
-  #reportDamage(state, error) {
+  /** isSpared: it costs no frame. */
+  #reportDamage(state, error, isSpared = false) {
     error.frame = state.number;
     this.#emit("warning", error);
     // The damage may have happened in transit: the bytes are fetched again when they are needed again.
     this.#reader.forget(state.index, error.offset);
-    state.gap ??= { from: state.lastTime ?? null, error };
+    if (!isSpared) state.gap ??= { from: state.lastTime ?? null, error };
   }
 
   #beginGroup(state, about) {
@@ -221,6 +222,8 @@ export class Playback {
     this.#reader.begin(state, configuration);
     state.ofRung = this.#reader.tracksOf(state.rung);
     state.tracks = this.#shownTracks(state);
+    this.#session.takeAll();
+    this.#session.leaveOut(this.#unused(state));
     this.#reportRung(state);
   }
   /** Tracks of video in a group; null: all. */
@@ -228,6 +231,14 @@ export class Playback {
     if (!ofRung) return this.#selection;
     const videos = this.#session.configuration().videos.map(({ track }) => track);
     return videos.filter((track) => ofRung.includes(track) && (this.#selection?.includes(track) ?? true));
+  }
+  /** Tracks of a group that nothing is decoded of. Sound and environments come in every rung. */
+  #unused({ ofRung, tracks }) {
+    const isUsed = ({ id, kind }) =>
+      (["audio", "environment"].includes(kind) || (ofRung?.includes(id) ?? true)) &&
+      (kind !== "video" || (tracks?.includes(id) ?? true)) &&
+      (kind !== "visibility" || this.#want.visibility);
+    return (this.#session.configuration()?.tracks ?? []).filter((track) => !isUsed(track)).map(({ id }) => id);
   }
   #reportRung(state) {
     const { rung, reason } = state;
@@ -273,12 +284,6 @@ export class Playback {
     frame.tracks = state.tracks;
     this.#reader.arrived(state, { start: frame.time, end: frame.time + state.duration });
     frame.rung = state.rung;
-    if (state.tracks) frame.samples = frame.samples.filter(({ track }) => state.tracks.includes(track));
-    if (state.ofRung) {
-      const isShown = ({ track }) => state.ofRung.includes(track);
-      frame.meshes = frame.meshes.filter(isShown);
-      frame.visibility = frame.visibility.filter(isShown);
-    }
     state.lastTime = this.#taken = frame.time;
     if (state.skip < 0) {
       // A seek by time: the last frame that is not later is wanted.

@@ -120,7 +120,11 @@ export class Session {
     const status = this.#exports.fvvjs_pick_group(this.#decoder, group);
     return status === IO ? false : (this.#check(status), true);
   }
-  /** Skips the chunks of these tracks. */
+  /** At the beginning of a group: no track is left out. */
+  takeAll() {
+    this.#check(this.#exports.fvvjs_leave_out_none(this.#decoder));
+  }
+  /** Then: frames come without these tracks as well, and their damage costs nothing. */
   leaveOut(tracks) {
     for (const track of tracks) this.#check(this.#exports.fvvjs_leave_out(this.#decoder, track));
   }
@@ -155,6 +159,10 @@ export class Session {
   }
   about() {
     return readEvent(this.#memory, this.#exports.fvvjs_event(this.#decoder));
+  }
+  /** Whether what was damaged is of no use for frames: sound, an environment, or a track that is left out. */
+  get isSpared() {
+    return this.about().whole;
   }
   /** The error of the event "damage". */
   damage() {

@@ -59,6 +59,48 @@ const expected = [0, 1, 2].map((rung) => {
 });
 const count = expected[0].length;
 
+/** Of each chunk: {type, track, middle: of its payload}. */
+function* chunksOf(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  for (let at = 24; at + 32 <= bytes.length;) {
+    const size = view.getUint32(at + 16, true);
+    const type = String.fromCharCode(...bytes.subarray(at, at + 4));
+    yield { type, track: view.getUint16(at + 6, true), middle: at + 32 + (size >> 1) };
+    at += 32 + 8 * Math.ceil(size / 8);
+  }
+}
+
+test("read in order, a damaged chunk costs the rung that has it, and no other", async () => {
+  const whole = new Uint8Array(readFileSync(clips.ladder));
+  const read = async (source, rung) => {
+    const decoder = await createDecoder({ source, rung });
+    const [frames, reports] = [[], []];
+    onReports(decoder, ["damage", "gap"], (type) => reports.push(type));
+    for await (const frame of decoder) frames.push(frameHashes(frame));
+    const tracks = decoder.rungs.map((each) => each.tracks);
+    decoder.close();
+    return { frames, reports, tracks };
+  };
+  const { tracks } = await read(new Blob([whole]).stream(), 0);
+  const tried = { spared: 0, lost: 0 };
+  for (const [i, { type, track, middle }] of [...chunksOf(whole)].entries()) {
+    if (i % 3 || !["MESH", "VPKT", "VISI"].includes(type)) continue;
+    const bytes = whole.slice();
+    bytes[middle] ^= 1;
+    // Of a stream that is read once, and of bytes whose index leads to the group.
+    for (const source of [new Blob([bytes]).stream(), bytes]) {
+      const { frames, reports } = await read(source, 0);
+      const good = new Map(expected[0].map((frame) => [frame["time 0"], frame]));
+      for (const frame of frames) assert.deepEqual(frame, good.get(frame["time 0"]));
+      const isUsed = tracks[0].includes(track);
+      tried[isUsed ? "lost" : "spared"]++;
+      if (isUsed) assert.ok(frames.length < count && reports.includes("gap"), `${type} of track ${track}`);
+      else assert.deepEqual([frames.length, reports.includes("gap")], [count, false], `${type} of track ${track}`);
+    }
+  }
+  assert.ok(tried.spared > 8 && tried.lost > 4, JSON.stringify(tried));
+});
+
 /** Frames, with what was reported of rungs and gaps. */
 async function play(options, onFrame = () => {}) {
   const decoder = await createDecoder({ limits: { cacheBytes: 0 }, ...options });

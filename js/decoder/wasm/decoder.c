@@ -17,7 +17,7 @@ FVVJS_EXPORT fvvjs_decoder *fvvjs_create(void) {
   if (!d) return NULL;
   d->allocator = allocator;
   fvv_limits_default(&d->limits);
-  d->tracks.allocator = d->pick.left_out.allocator = d->pick.payload.allocator = allocator;
+  d->tracks.allocator = d->left_out.allocator = d->pick.payload.allocator = allocator;
   for (int i = 0; i < FVVJS_LISTS; i++) d->lists[i].allocator = allocator;
   return d;
 }
@@ -27,7 +27,7 @@ FVVJS_EXPORT void fvvjs_destroy(fvvjs_decoder *d) {
   fvv_frames_destroy(d->frames);
   fvvjs_release_tracks(d);
   fvv_stream_close(d->index);
-  fvv_bytes_free(&d->pick.left_out);
+  fvv_bytes_free(&d->left_out);
   fvv_bytes_free(&d->pick.payload);
   for (int i = 0; i < FVVJS_LISTS; i++) fvv_bytes_free(&d->lists[i]);
   const fvv_allocator allocator = d->allocator;
@@ -88,6 +88,19 @@ FVVJS_EXPORT int32_t fvvjs_push(fvvjs_decoder *d, const void *bytes, size_t size
 }
 FVVJS_EXPORT void fvvjs_finish(fvvjs_decoder *d) {
   if (d->frames) fvv_frames_finish(d->frames);
+}
+
+/* Tracks are left out as by fvv_frames_leave_out, one by one, also of a group of the index. */
+FVVJS_EXPORT int32_t fvvjs_leave_out_none(fvvjs_decoder *d) {
+  d->left_out.size = 0;
+  return d->frames ? fvv_frames_leave_out(d->frames, NULL, 0) : FVV_ERROR_STATE;
+}
+FVVJS_EXPORT int32_t fvvjs_leave_out(fvvjs_decoder *d, uint32_t track) {
+  const uint16_t id = (uint16_t)track;
+  if (!d->frames) return FVV_ERROR_STATE;
+  const fvv_status status = fvv_bytes_append(&d->left_out, &id, sizeof id);
+  if (status < 0) return status;
+  return fvv_frames_leave_out(d->frames, (const uint16_t *)d->left_out.data, d->left_out.size / sizeof id);
 }
 
 /* Call until FVVJS_NEED_DATA or an error, which is final. */

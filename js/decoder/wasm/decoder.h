@@ -44,7 +44,7 @@ typedef struct fvvjs_pick {
   fvv_chunk_info group;
   const fvv_chunk_info *chunks;
   size_t count, next;
-  fvv_bytes left_out, payload; /* uint16_t, tracks; of the chunk that was reported last */
+  fvv_bytes payload; /* of the chunk that was reported last */
 } fvvjs_pick;
 
 /* The lists of a frame. */
@@ -73,6 +73,7 @@ typedef struct fvvjs_decoder {
   fvv_diagnostic diagnostic;
   wasm_frame frame;
   fvv_bytes lists[FVVJS_LISTS]; /* of structs that frame points to */
+  fvv_bytes left_out;           /* uint16_t: tracks */
   fvvjs_pick pick;
   double range[3];
   wasm_sample environment; /* of a group of the index */

@@ -134,17 +134,11 @@ static fvv_status check_table(fvvjs_decoder *d, const fvvjs_pick *pick) {
   return status;
 }
 
-static int is_left_out(const fvvjs_pick *pick, uint16_t track) {
-  const uint16_t *tracks = (const uint16_t *)pick->left_out.data;
-  for (size_t i = 0; i < pick->left_out.size / sizeof *tracks; i++)
+static int is_left_out(const fvvjs_decoder *d, uint16_t track) {
+  const uint16_t *tracks = (const uint16_t *)d->left_out.data;
+  for (size_t i = 0; i < d->left_out.size / sizeof *tracks; i++)
     if (tracks[i] == track) return 1;
   return 0;
-}
-
-/* Chunks of this track are passed over. After fvvjs_pick_group and before fvvjs_next. */
-FVVJS_EXPORT int32_t fvvjs_leave_out(fvvjs_decoder *d, uint32_t track) {
-  const uint16_t id = (uint16_t)track;
-  return fvv_bytes_append(&d->pick.left_out, &id, sizeof id);
 }
 
 /* The first chunk from the ith of the table on that is not passed over: where it begins and ends in the file,
@@ -152,7 +146,7 @@ FVVJS_EXPORT int32_t fvvjs_leave_out(fvvjs_decoder *d, uint32_t track) {
 FVVJS_EXPORT const double *fvvjs_picked(fvvjs_decoder *d, uint32_t i) {
   const fvvjs_pick *pick = &d->pick;
   for (; pick->on && i < pick->count; i++) {
-    if (is_left_out(pick, pick->chunks[i].track)) continue;
+    if (is_left_out(d, pick->chunks[i].track)) continue;
     d->range[0] = (double)pick->chunks[i].offset;
     d->range[1] = d->range[0] + (double)fvv_chunk_extent(pick->chunks[i].size);
     d->range[2] = i + 1;
@@ -168,17 +162,20 @@ static fvv_status read_chunk(fvvjs_decoder *d, const fvv_chunk_info *info, fvv_e
   fvv_status status = fvv_file_read_chunk(d->index->file, info, &payload, diagnostic);
   if (status == FVV_ERROR_IO) return FVV_NEED_DATA;
   event->offset = info->offset;
+  const fvv_chunk_header header = {info->type, info->flags, 0, info->track, info->time, info->size, 0, 0};
+  event->chunk = header;
   if (status <= FVV_ERROR_DAMAGED && status != FVV_ERROR_LIMIT) {
+    /* The group's table is intact: it is known what the chunk is. */
     event->kind = FVV_EVENT_DAMAGE;
+    event->has_chunk = info->track != 0;
+    event->skipped = fvv_chunk_extent(info->size);
     event->diagnostic = *diagnostic;
-    d->pick.next = d->pick.count + 2;
+    d->pick.next = info->track ? d->pick.next + 1 : d->pick.count + 2;
     return FVV_OK;
   }
   d->pick.payload.size = 0;
   if (status == FVV_OK) status = fvv_bytes_append(&d->pick.payload, payload, (size_t)info->size);
   if (status != FVV_OK) return status;
-  const fvv_chunk_header header = {info->type, info->flags, 0, info->track, info->time, info->size, 0, 0};
-  event->chunk = header;
   event->payload = d->pick.payload.data;
   d->pick.next++;
   return FVV_OK;
@@ -192,7 +189,7 @@ static fvv_status next_picked(void *user, fvv_event *event, fvv_diagnostic *diag
   event->kind = FVV_EVENT_CHUNK;
   event->group_intact = 1;
   if (!pick->next) return read_chunk(d, &pick->group, event, diagnostic);
-  while (pick->next <= pick->count && is_left_out(pick, pick->chunks[pick->next - 1].track)) pick->next++;
+  while (pick->next <= pick->count && is_left_out(d, pick->chunks[pick->next - 1].track)) pick->next++;
   if (pick->next <= pick->count) return read_chunk(d, &pick->chunks[pick->next - 1], event, diagnostic);
   if (pick->next > pick->count + 1) return FVV_END;
   /* Its GEND was read with the table. */
@@ -219,7 +216,6 @@ FVVJS_EXPORT int32_t fvvjs_pick_group(fvvjs_decoder *d, uint32_t group) {
       info->offset, FVV_GRUP_SIZE, info->start, FVV_CHUNK_GROUP, 0, FVV_FLAG_CRITICAL | FVV_FLAG_KEY};
   pick.group = opening;
   pick.next = 0;
-  pick.left_out.size = 0;
   status = fvvjs_start_at(d, info->offset, configuration);
   if (status == FVV_OK) status = check_table(d, &pick);
   pick.on = status == FVV_OK;

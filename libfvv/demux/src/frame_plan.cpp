@@ -1,7 +1,6 @@
 #include "fvv_demux/frame_plan.h"
 
 #include "fvv/frames.h"
-#include "fvv_cxx/untrusted.h"
 
 #include <algorithm>
 #include <memory>
@@ -11,40 +10,6 @@ namespace fvv::demux {
 namespace {
 
 constexpr size_t block_size = 1 << 18;
-
-// GEND, clause 6.3 of spec/fvv.md.
-constexpr size_t gend_size = 24, gend_chunk_count = 4, gend_chain = 8, gend_frame_count = 12;
-
-// Follows the headers of a group's chunks, those of damaged payloads too, to compare them with GEND.
-class ChunkList {
-public:
-  void begin() {
-    chain = count = 0;
-    broken = false;
-  }
-  // Bytes of no chunk, or a rule that is broken.
-  void spoil() { broken = true; }
-  void add(const fvv_chunk_header &header) {
-    uint8_t bytes[28];
-    store_u32(bytes, header.type);
-    bytes[4] = header.flags;
-    bytes[5] = header.counter;
-    store_u16(bytes + 6, header.track);
-    store_u64(bytes + 8, uint64_t(header.time));
-    store_u64(bytes + 16, header.size);
-    store_u32(bytes + 24, header.payload_crc);
-    chain = fvv_crc32c(chain, bytes, sizeof bytes);
-    count++;
-  }
-  bool is_that_of(const fvv_event &end) const {
-    return !broken && end.chunk.size >= gend_size && load_u32(end.payload + gend_chunk_count) == count &&
-           load_u32(end.payload + gend_chain) == chain;
-  }
-
-private:
-  uint32_t chain = 0, count = 0;
-  bool broken = false;
-};
 
 // Calls push with the bytes of a file, block by block, as long as it returns true.
 template <class Push> void read_blocks(const InputFile &file, const Push &push) {
@@ -58,89 +23,17 @@ template <class Push> void read_blocks(const InputFile &file, const Push &push) 
   }
 }
 
-// Which chunks of which groups are lost where GEND shows that all headers are there.
-class Listing {
-public:
-  explicit Listing(std::map<uint64_t, Survey::Group> &groups_) : groups(groups_) {}
-
-  void take(const fvv_event &event) {
-    const fvv_chunk_header &chunk = event.chunk;
-    const bool damaged = event.kind == FVV_EVENT_DAMAGE;
-    if (damaged && !event.has_chunk) list.spoil();
-    if (event.kind != FVV_EVENT_CHUNK && !(damaged && event.has_chunk)) return;
-    if (chunk.type == FVV_CHUNK_GROUP) {
-      list.begin();
-      found = {};
-      offset = event.offset;
-      in_group = !damaged;
-    }
-    if (chunk.type == FVV_CHUNK_GROUP_END) {
-      if (in_group && !damaged && list.is_that_of(event)) end(load_u32(event.payload + gend_frame_count));
-      in_group = false;
-      return;
-    }
-    list.add(chunk);
-    if (!in_group || chunk.type == FVV_CHUNK_GROUP) return;
-    // A frame is a time at which a group has one of these.
-    const bool of_frame = chunk.type == FVV_CHUNK_MESH || chunk.type == FVV_CHUNK_VIDEO_PACKET;
-    if (of_frame && (found.times.empty() || found.times.back() < chunk.time))
-      found.times.push_back(chunk.time);
-    if (damaged) found.lost.push_back({chunk.time, chunk.track, event.diagnostic});
-  }
-
-private:
-  void end(uint32_t frames) {
-    const auto group = groups.find(offset);
-    if (group == groups.end() || found.lost.empty() || found.times.size() != frames) return;
-    group->second.listed = true;
-    group->second.lost = std::move(found.lost);
-    group->second.times = std::move(found.times);
-  }
-
-  std::map<uint64_t, Survey::Group> &groups;
-  ChunkList list;
-  Survey::Group found;
-  uint64_t offset = 0;
-  bool in_group = false;
-};
-
-void list_lost_chunks(const InputFile &file, const fvv_limits *limits,
-                      std::map<uint64_t, Survey::Group> &groups) {
-  fvv_reader *created = nullptr;
-  fvv::check(fvv_reader_create(limits, nullptr, 0, &created), file.path(), {});
-  const std::unique_ptr<fvv_reader, decltype(&fvv_reader_destroy)> reader(created, fvv_reader_destroy);
-  Listing listing(groups);
-  fvv_event event;
-  fvv_diagnostic diagnostic = {};
-  fvv_status status = FVV_NEED_DATA;
-  const auto drain = [&] {
-    while ((status = fvv_reader_next(reader.get(), &event, &diagnostic)) == FVV_OK) listing.take(event);
-    return status == FVV_NEED_DATA;
-  };
-  read_blocks(file, [&](const uint8_t *bytes, size_t size) {
-    fvv::check(fvv_reader_push(reader.get(), bytes, size), file.path(), {});
-    return drain();
-  });
-  fvv_reader_finish(reader.get());
-  drain(); // an error of the stream was reported by the frames
+// Leaves out the tracks that frames do not need, so that their damage costs nothing.
+void leave_out(fvv_frames *frames, const fvv_configuration &configuration, const NeedsTrack &needs) {
+  std::vector<uint16_t> others;
+  for (size_t i = 0; needs && i < configuration.track_count; i++)
+    if (!needs(configuration, configuration.tracks[i])) others.push_back(configuration.tracks[i].id);
+  fvv::check(fvv_frames_leave_out(frames, others.data(), others.size()), "memory", {});
 }
 
 } // namespace
 
-uint64_t Survey::Group::frames_of(const std::function<bool(uint16_t track)> &matters,
-                                  fvv_diagnostic &why) const {
-  why = reason;
-  if (!listed || lost.empty()) return whole;
-  for (const LostChunk &chunk : lost)
-    if (matters(chunk.track)) {
-      why = chunk.why;
-      return uint64_t(std::lower_bound(times.begin(), times.end(), chunk.time) - times.begin());
-    }
-  why = {};
-  return times.size();
-}
-
-Survey::Survey(const InputFile &file, const fvv_limits *limits) {
+Survey::Survey(const InputFile &file, const fvv_limits *limits, const NeedsTrack &needs) {
   // A frame counts once something follows it without a gap.
   fvv_frames_options options;
   fvv_frames_options_default(&options);
@@ -151,14 +44,16 @@ Survey::Survey(const InputFile &file, const fvv_limits *limits) {
   Group *group = &groups[0];
   bool in_group = false;
   const auto take = [&](const fvv_frames_event &event) {
-    if (event.kind == FVV_FRAMES_GROUP) {
+    if (event.kind == FVV_FRAMES_CONFIGURATION) {
+      leave_out(frames.get(), *event.configuration, needs);
+    } else if (event.kind == FVV_FRAMES_GROUP) {
       group = &groups[event.offset];
       in_group = true;
     } else if (event.kind == FVV_FRAMES_GROUP_END) {
       in_group = false;
     } else if (event.kind == FVV_FRAMES_FRAME) {
       group->whole++;
-    } else if (event.kind == FVV_FRAMES_DAMAGE) {
+    } else if (event.kind == FVV_FRAMES_DAMAGE && !(event.whole && in_group)) {
       fvv_diagnostic &place = in_group ? group->reason : group->behind;
       if (place.status == FVV_OK) place = event.diagnostic;
     }
@@ -191,8 +86,6 @@ Survey::Survey(const InputFile &file, const fvv_limits *limits) {
   // After an error of the stream everything counts as lost.
   if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, file.path(), diagnostic);
   if (status < 0 && group->reason.status == FVV_OK) group->reason = diagnostic;
-  const auto is_damaged = [](const auto &one) { return one.second.reason.status != FVV_OK; };
-  if (std::any_of(groups.begin(), groups.end(), is_damaged)) list_lost_chunks(file, limits, groups);
 }
 
 Survey::Group Survey::group(uint64_t offset) const {
@@ -315,7 +208,7 @@ std::string text_of(const fvv_diagnostic &diagnostic) {
 
 Survey::Group LazySurvey::group(uint64_t offset) {
   const std::lock_guard<std::mutex> guard(lock);
-  if (!survey) survey.emplace(input, limits);
+  if (!survey) survey.emplace(input, limits, needs);
   return survey->group(offset);
 }
 

@@ -3,8 +3,10 @@
  *
  * It is built on fvv_reader: chunks are put together to configurations and frames, and a frame is reported
  * only when nothing of it is missing. After damage the rest of the group is left out, because its frames may
- * depend on what was lost; the next group continues. Any split of the bytes gives the same events. Handles
- * are not thread-safe; separate handles are independent. */
+ * depend on what was lost; the next group continues. Where a payload alone is damaged, its header shows the
+ * track: sound, environments and tracks that the caller leaves out cost no frame, and a track that lost a
+ * chunk has none up to the next group. Any split of the bytes gives the same events. Handles are not
+ * thread-safe; separate handles are independent. */
 #ifndef FVV_FRAMES_H
 #define FVV_FRAMES_H
 
@@ -60,7 +62,7 @@ typedef struct fvv_frames_event {
   const fvv_frame_chunk *chunks;          /* FRAME, BETWEEN: in order of the stream */
   size_t chunk_count;
   int whole; /* FRAME, BETWEEN: 1; GROUP: its configuration is known; GROUP_END: no frame of the group was
-                left out */
+                left out; DAMAGE: no frame is lost by it */
   uint64_t skipped;          /* DAMAGE: bytes passed over; 0 when a rule is broken but no byte is lost */
   fvv_diagnostic diagnostic; /* DAMAGE */
 } fvv_frames_event;
@@ -94,6 +96,12 @@ FVV_API FVV_MUST_USE fvv_status fvv_frames_seek(fvv_frames *frames, uint64_t off
 FVV_API int fvv_frames_missed_groups(const fvv_frames *frames);
 /* Before the first push, or after a seek to 0: the stream is joined late, as with fvv_reader_join. */
 FVV_API FVV_MUST_USE fvv_status fvv_frames_join(fvv_frames *frames);
+/* The tracks that the caller does not use, as those of other rungs (fvv_rung_tracks): their chunks are in no
+ * frame, frames do not wait for them, and their damage costs nothing. Call it when
+ * FVV_FRAMES_CONFIGURATION or FVV_FRAMES_GROUP was reported last; the list, which is copied, is valid until
+ * the next call. Default: none. */
+FVV_API FVV_MUST_USE fvv_status fvv_frames_leave_out(fvv_frames *frames, const uint16_t *tracks,
+                                                     size_t count);
 /* The rest of the group that is being read is left out, as after damage: for frames that turn out not to
  * decode. */
 FVV_API void fvv_frames_drop_group(fvv_frames *frames);

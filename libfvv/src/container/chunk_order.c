@@ -262,6 +262,15 @@ static fvv_status check_end(fvv_chunk_order *s, const fvv_chunk_header *header, 
   return FVV_OK;
 }
 
+/* After damage a violation is not reported, but then the list of the group's chunks can't be trusted. */
+static void check_list(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
+                       uint64_t offset) {
+  if (!s->listed) return;
+  s->suspect = 0;
+  s->listed = fvv_chunk_order_check(s, header, payload, offset, NULL) == FVV_OK;
+  s->suspect = 1;
+}
+
 fvv_status fvv_chunk_order_check(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
                                  uint64_t offset, fvv_diagnostic *diagnostic) {
   const fvv_place place = fvv_chunk_place(header->type, header->flags);
@@ -271,7 +280,10 @@ fvv_status fvv_chunk_order_check(fvv_chunk_order *s, const fvv_chunk_header *hea
   fvv_status status = fvv_header_check(header, offset, diagnostic);
   if (status < 0) return status;
   const int fresh = header->type == FVV_CHUNK_SCENE || header->type == FVV_CHUNK_GROUP;
-  if (s->suspect && !fresh && place != FVV_PLACE_END && !s->footer_seen) return FVV_OK;
+  if (s->suspect && !fresh && place != FVV_PLACE_END && !s->footer_seen) {
+    check_list(s, header, payload, offset);
+    return FVV_OK;
+  }
   if (!s->suspect || s->footer_seen) status = check_place(s, header, offset, diagnostic);
   if (status < 0) return status;
   if (!s->suspect && header->counter != fvv_chunk_order_counter(s, header->type))
@@ -304,7 +316,7 @@ static fvv_status begin_block(fvv_chunk_order *s, const fvv_chunk_header *header
     s->scene_seen = 1;
   }
   s->in_block = 1;
-  s->in_group = s->suspect = s->block_has_more = 0;
+  s->in_group = s->suspect = s->listed = s->block_has_more = 0;
   s->configuration = FVV_CONFIGURATION_GOOD;
   s->configuration_crc = 0;
   s->configuration_offset = offset;
@@ -343,6 +355,7 @@ static fvv_status begin_group(fvv_chunk_order *s, const fvv_chunk_header *header
   fvv_group_table_begin(&s->table, header, number);
   fvv_chunk_order_track *tracks = (fvv_chunk_order_track *)s->tracks.data;
   for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++) tracks[i].seen = tracks[i].laid_out = 0;
+  s->listed = fvv_chunk_order_group_intact(s);
   return FVV_OK;
 }
 
@@ -407,7 +420,7 @@ fvv_status fvv_chunk_order_apply(fvv_chunk_order *s, const fvv_chunk_header *hea
     return s->in_group ? end_group(s, header, offset) : FVV_OK;
   case FVV_CHUNK_INDEX:
     s->index_seen = 1;
-    s->in_group = s->in_block = s->suspect = 0;
+    s->in_group = s->in_block = s->suspect = s->listed = 0;
     s->index_offset = offset;
     s->index_crc = header->payload_crc;
     return FVV_OK;
@@ -436,14 +449,26 @@ fvv_status fvv_chunk_order_apply(fvv_chunk_order *s, const fvv_chunk_header *hea
 
 void fvv_chunk_order_lost(fvv_chunk_order *s) {
   s->suspect = s->gaps = s->hole = 1;
+  s->listed = 0;
   /* A block that is complete stays good; if a newer one was lost, the next group's digest shows it. */
   if ((s->in_block && s->configuration == FVV_CONFIGURATION_GOOD) ||
       s->configuration == FVV_CONFIGURATION_NONE)
     s->configuration = FVV_CONFIGURATION_LOST;
 }
 
+fvv_status fvv_chunk_order_damaged(fvv_chunk_order *s, const fvv_chunk_header *header, uint64_t offset) {
+  const fvv_place place = fvv_chunk_place(header->type, header->flags);
+  const int is_of_group = place == FVV_PLACE_FRAME || place == FVV_PLACE_UNKNOWN;
+  const int listed = s->listed && is_of_group;
+  fvv_chunk_order_lost(s);
+  s->listed = listed;
+  check_list(s, header, NULL, offset);
+  return s->listed ? fvv_chunk_order_apply(s, header, NULL, offset) : FVV_OK;
+}
+
 void fvv_chunk_order_broken(fvv_chunk_order *s, const fvv_chunk_header *header) {
   s->suspect = s->gaps = s->hole = 1;
+  s->listed = 0;
   const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if ((s->in_block || s->configuration == FVV_CONFIGURATION_NONE) &&
       (place == FVV_PLACE_CONFIGURATION || place == FVV_PLACE_UNKNOWN))
@@ -455,7 +480,7 @@ void fvv_chunk_order_missing(fvv_chunk_order *s) {
 }
 
 void fvv_chunk_order_abandon_group(fvv_chunk_order *s) {
-  s->in_group = 0;
+  s->in_group = s->listed = 0;
   s->gaps = s->hole = 1;
 }
 

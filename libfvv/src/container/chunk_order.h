@@ -42,6 +42,8 @@ typedef struct fvv_chunk_order {
   int in_group;
   int suspect; /* something was lost or wrong since the last GRUP or SCEN: further errors would only repeat it
                 */
+  int listed;  /* the headers of all chunks of the group that was read last are known and follow the rules;
+                  payloads may be damaged */
   int gaps;    /* anything was lost or wrong, or the reader joined late: totals can't be compared */
   int hole;    /* the same since the last GRUP: numbers of groups that are missing are no further problem */
   int joined;  /* the stream began elsewhere: its index and footer describe more than what comes */
@@ -69,10 +71,10 @@ void fvv_chunk_order_free(fvv_chunk_order *order);
 /* The counter that the next chunk of this type has. */
 uint8_t fvv_chunk_order_counter(const fvv_chunk_order *order, uint32_t type);
 
-/* Whether an intact chunk at offset may come now. Changes nothing but scratch space. FVV_ERROR_INVALID: a
- * rule is broken, and the diagnostic names it; FVV_ERROR_DAMAGED: the chunk is good, but something before it
- * is missing; FVV_ERROR_UNSUPPORTED, FVV_ERROR_LIMIT, FVV_ERROR_MEMORY:
- * reading cannot go on. */
+/* Whether an intact chunk at offset may come now. Changes nothing but scratch space and, after damage,
+ * whether the group is listed. FVV_ERROR_INVALID: a rule is broken, and the diagnostic names it;
+ * FVV_ERROR_DAMAGED: the chunk is good, but something before it is missing; FVV_ERROR_UNSUPPORTED,
+ * FVV_ERROR_LIMIT, FVV_ERROR_MEMORY: reading cannot go on. */
 FVV_MUST_USE fvv_status fvv_chunk_order_check(fvv_chunk_order *order, const fvv_chunk_header *header,
                                               const uint8_t *payload, uint64_t offset,
                                               fvv_diagnostic *diagnostic);
@@ -81,6 +83,9 @@ FVV_MUST_USE fvv_status fvv_chunk_order_apply(fvv_chunk_order *order, const fvv_
                                               const uint8_t *payload, uint64_t offset);
 /* Bytes were lost: the open group and an unfinished block are no longer valid. */
 void fvv_chunk_order_lost(fvv_chunk_order *order);
+/* The same for the payload of a chunk alone: the header is intact. Only memory can fail. */
+FVV_MUST_USE fvv_status fvv_chunk_order_damaged(fvv_chunk_order *order, const fvv_chunk_header *header,
+                                                uint64_t offset);
 /* A chunk broke a rule: its group, or its configuration block, is no longer valid. */
 void fvv_chunk_order_broken(fvv_chunk_order *order, const fvv_chunk_header *header);
 /* Something before the chunk that was applied last is missing; the chunk itself is good. */

@@ -62,6 +62,10 @@ void fvv_reader_inherit(fvv_reader *reader, fvv_reader *former) {
   fvv_chunk_order_inherit(&reader->order, &former->order);
 }
 
+int fvv_reader_lists_group(const fvv_reader *reader) {
+  return reader->order.listed;
+}
+
 void fvv_reader_destroy(fvv_reader *reader) {
   if (!reader) return;
   const fvv_allocator allocator = reader->allocator;
@@ -247,7 +251,6 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     return take_chunk(r, &header, event);
   fvv_fail(&loss.diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_PAYLOAD_CRC, header.type, r->offset,
            "CRC of the payload does not match");
-  fvv_chunk_order_lost(&r->order);
   r->wasted += header.size;
   if (r->wasted > WASTE_ALLOWED + WASTE_RATIO * (r->offset - r->start))
     return stop(r, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, r->offset,
@@ -265,9 +268,12 @@ static fvv_status pass_bad_payload(fvv_reader *r, fvv_event *event) {
   if (!enough && !r->finished) return FVV_NEED_DATA;
   fvv_chunk_header next;
   if (!enough || !fvv_header_read(&next, here(r) + extent)) {
+    fvv_chunk_order_lost(&r->order);
     begin_scan(r, &r->loss, FVV_CHUNK_HEADER_SIZE);
     return FVV_OK;
   }
+  const fvv_status status = fvv_chunk_order_damaged(&r->order, &r->loss.chunk, r->offset);
+  if (status < 0) return stop(r, status, 0, r->offset, fvv_status_text(status));
   consume(r, extent);
   *event = r->loss;
   event->skipped = extent;

@@ -18,7 +18,8 @@ typedef struct open_frame {
   int64_t time;
   uint64_t offset;
   fvv_bytes chunks, payloads; /* fvv_frame_chunk, whose payload is set when the frame is over */
-  int is_open;
+  int is_open, is_over;       /* neither: no frame of the group has begun */
+  int makes_frame;            /* it has or had a chunk that makes its time a frame */
 } open_frame;
 
 /* Digests of blocks that groups lacked: the first ones. */
@@ -51,8 +52,12 @@ struct fvv_frames {
   int block_hurt; /* something was lost or wrong in the block that arrives */
   open_frame frame;
   int in_group, lost; /* lost: frames up to the next group are not whole */
+  fvv_bytes left_out; /* uint16_t: tracks that the caller does not use */
+  fvv_bytes hurt;     /* uint16_t: tracks that lost a chunk of the group, which frames do not need */
+  int spared;         /* damage of the group was reported that costs no frame */
   fvv_event event;    /* that was read, and is not processed yet */
   fvv_place place;    /* of its chunk; FVV_PLACE_UNKNOWN for events of other kinds as well */
+  int is_listed;      /* all chunks of the open group up to it are known by their headers */
   int has_event, is_reported, is_finished;
   fvv_status failed; /* out of memory */
 };
@@ -70,8 +75,8 @@ fvv_status fvv_frames_seek(fvv_frames *frames, uint64_t offset, const fvv_config
   f->lost = 1;
   f->block_open = f->block_bad = f->has_digest = f->in_group = f->has_event = f->is_finished = 0;
   f->failed = FVV_OK;
-  f->frame.is_open = 0;
-  f->lacked_count = 0;
+  f->frame.is_open = f->frame.is_over = f->spared = 0;
+  f->lacked_count = f->hurt.size = 0;
   fvv_reader *former = f->reader;
   const fvv_status status = fvv_reader_create(&f->limits, &f->allocator, offset, &f->reader);
   if (status == FVV_OK && former) fvv_reader_inherit(f->reader, former);
@@ -86,6 +91,7 @@ fvv_status fvv_frames_create(const fvv_frames_options *options, const fvv_limits
   if (!*frames) return FVV_ERROR_MEMORY;
   fvv_frames *f = *frames;
   f->allocator = f->frame.chunks.allocator = f->frame.payloads.allocator = chosen;
+  f->left_out.allocator = f->hurt.allocator = chosen;
   fvv_frames_options_default(&f->options);
   if (options) {
     const size_t size = options->struct_size < sizeof f->options ? options->struct_size : sizeof f->options;
@@ -110,6 +116,8 @@ void fvv_frames_destroy(fvv_frames *frames) {
   for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) fvv_configuration_free(&frames->known[i].builder);
   fvv_bytes_free(&frames->frame.chunks);
   fvv_bytes_free(&frames->frame.payloads);
+  fvv_bytes_free(&frames->left_out);
+  fvv_bytes_free(&frames->hurt);
   fvv_release(&allocator, frames, sizeof *frames);
 }
 
@@ -137,6 +145,11 @@ void fvv_frames_read_from(fvv_frames *frames, fvv_event_source source, void *use
 
 void fvv_frames_drop_group(fvv_frames *frames) {
   frames->lost = 1;
+}
+
+fvv_status fvv_frames_leave_out(fvv_frames *frames, const uint16_t *tracks, size_t count) {
+  frames->left_out.size = 0;
+  return fvv_bytes_append(&frames->left_out, tracks, count * sizeof *tracks);
 }
 
 static void report_damage(fvv_frames *f, const fvv_diagnostic *diagnostic, uint64_t offset, uint64_t skipped,
@@ -263,22 +276,39 @@ static int is_frame_chunk(const fvv_frames *f) {
   return f->place == FVV_PLACE_FRAME && f->event.chunk.track;
 }
 
+static int has_track(const fvv_bytes *tracks, uint16_t track) {
+  const uint16_t *ids = (const uint16_t *)tracks->data;
+  for (size_t i = 0; i < tracks->size / sizeof *ids; i++)
+    if (ids[i] == track) return 1;
+  return 0;
+}
+
+/* Whether chunks of a track are passed over: it is left out, or it lost one of the group. */
+static int is_passed_over(const fvv_frames *f, uint16_t track) {
+  return has_track(&f->left_out, track) || has_track(&f->hurt, track);
+}
+
+/* Whether a frame has chunks of these tracks. Others have times of their own. */
+static int is_of_frames(uint8_t kind) {
+  return kind < FVV_TRACK_ENVIRONMENT || kind == FVV_TRACK_COLOURS;
+}
+
 /* The current frame is over. Its bytes stay until the next one begins. */
 static void close_frame(fvv_frames *f, fvv_frames_event *out) {
   open_frame *frame = &f->frame;
   frame->is_open = 0;
-  if (f->lost && !f->analyses) return;
+  frame->is_over = 1;
   fvv_frame_chunk *chunks = (fvv_frame_chunk *)frame->chunks.data;
-  out->kind = FVV_FRAMES_BETWEEN;
+  const size_t count = frame->chunks.size / sizeof *chunks;
+  if ((f->lost && !f->analyses) || (!count && !frame->makes_frame)) return;
+  out->kind = frame->makes_frame ? FVV_FRAMES_FRAME : FVV_FRAMES_BETWEEN;
   out->offset = frame->offset;
   out->time = frame->time;
   out->whole = !f->lost;
   out->chunks = chunks;
-  out->chunk_count = frame->chunks.size / sizeof *chunks;
+  out->chunk_count = count;
   const uint8_t *payload = frame->payloads.data;
-  for (size_t i = 0; i < out->chunk_count; i++) {
-    if (fvv_makes_frame(chunks[i].header.type)) out->kind = FVV_FRAMES_FRAME;
-    if (f->analyses) continue;
+  for (size_t i = 0; i < count && !f->analyses; i++) {
     chunks[i].payload = payload;
     payload += fvv_padded(chunks[i].header.size);
   }
@@ -322,8 +352,9 @@ static int is_complete(const fvv_frames *f) {
   size_t present = 0;
   for (size_t i = 0; i < c->track_count; i++) {
     const uint8_t kind = c->tracks[i].kind;
+    if (is_passed_over(f, c->tracks[i].id)) continue;
     if (kind == FVV_TRACK_ENVIRONMENT) return 0;
-    if (kind > FVV_TRACK_ENVIRONMENT && kind != FVV_TRACK_COLOURS) continue;
+    if (!is_of_frames(kind)) continue;
     const int has = has_chunk_of(f, c->tracks[i].id);
     if (!has && (kind != FVV_TRACK_COLOURS || has_key_mesh(f))) return 0;
     present += has && kind != FVV_TRACK_COLOURS;
@@ -341,17 +372,35 @@ int fvv_frames_begins_time(const fvv_frames *frames) {
   return is_frame_chunk(frames) && !frames->frame.is_open;
 }
 
+/* A chunk that is passed over belongs to a frame, too: that keeps its number. */
+static void open_frame_of(fvv_frames *f) {
+  const fvv_event *event = &f->event;
+  open_frame *frame = &f->frame;
+  if (!frame->is_open) {
+    frame->is_open = 1;
+    frame->makes_frame = 0;
+    frame->time = event->chunk.time;
+    frame->offset = event->offset;
+    frame->chunks.size = frame->payloads.size = 0;
+  }
+  frame->makes_frame |= fvv_makes_frame(event->chunk.type);
+}
+static void pass_over_chunk(fvv_frames *f) {
+  const open_frame *frame = &f->frame;
+  const int follows_its_frame = frame->is_over && !frame->is_open && frame->time == f->event.chunk.time;
+  if (!follows_its_frame) open_frame_of(f);
+}
+
 static fvv_status add_frame_chunk(fvv_frames *f, fvv_frames_event *out) {
   static const uint8_t padding[8] = {0};
   const fvv_event *event = &f->event;
   open_frame *frame = &f->frame;
   if (f->lost && !f->analyses) return FVV_OK;
-  if (!frame->is_open) {
-    frame->is_open = 1;
-    frame->time = event->chunk.time;
-    frame->offset = event->offset;
-    frame->chunks.size = frame->payloads.size = 0;
+  if (is_passed_over(f, event->chunk.track)) {
+    pass_over_chunk(f);
+    return FVV_OK;
   }
+  open_frame_of(f);
   const fvv_frame_chunk chunk = {event->chunk, event->offset, NULL};
   const size_t size = (size_t)event->chunk.size;
   fvv_status status = fvv_bytes_append(&frame->chunks, &chunk, sizeof chunk);
@@ -363,12 +412,48 @@ static fvv_status add_frame_chunk(fvv_frames *f, fvv_frames_event *out) {
   return status;
 }
 
+/* ---- damage of a single chunk ------------------------------------------------------------------------ */
+
+/* Whether frames need the damaged chunk of the current event, whose header is intact. Readers pass over
+ * chunks of unknown types anyway. */
+static int is_needed(const fvv_frames *f) {
+  const uint16_t id = f->event.chunk.track;
+  if (f->place == FVV_PLACE_UNKNOWN || has_track(&f->left_out, id)) return 0;
+  const fvv_track *track = f->configuration ? fvv_configuration_track(f->configuration, id) : NULL;
+  return !track || is_of_frames(track->kind);
+}
+
+static fvv_status take_damage(fvv_frames *f, fvv_frames_event *out) {
+  const fvv_event *event = &f->event;
+  const int was_lost = f->lost, is_spared = f->is_listed && f->in_group && !is_needed(f);
+  report_damage(f, &event->diagnostic, event->offset, event->skipped, out);
+  if (!is_spared) return FVV_OK;
+  f->lost = was_lost;
+  out->whole = f->spared = 1;
+  if (f->place == FVV_PLACE_UNKNOWN) return FVV_OK;
+  if (!f->lost) pass_over_chunk(f);
+  return has_track(&f->hurt, event->chunk.track)
+             ? FVV_OK
+             : fvv_bytes_append(&f->hurt, &event->chunk.track, sizeof event->chunk.track);
+}
+
+/* After damage that was said to cost no frame the reader found that more is missing, which it does not
+ * report: for it the group was damaged already. */
+static void report_more_damage(fvv_frames *f, fvv_frames_event *out) {
+  fvv_diagnostic why = {0};
+  (void)fvv_fail(&why, FVV_ERROR_DAMAGED, FVV_ISSUE_CONTINUITY, f->event.chunk.type, f->event.offset,
+                 "after a damaged chunk others are missing or repeated");
+  report_damage(f, &why, f->event.offset, 0, out);
+}
+
 /* ---- groups ----------------------------------------------------------------------------------------- */
 
 static void begin_group(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
   f->in_group = 1;
   f->lost = !is_configured(f);
+  f->spared = f->frame.is_over = 0;
+  f->hurt.size = 0;
   if (f->lost) note_lacked_block(f);
   out->kind = FVV_FRAMES_GROUP;
   out->whole = !f->lost;
@@ -408,8 +493,7 @@ static fvv_status end_former(fvv_frames *f, fvv_frames_event *out) {
 /* Reports the event that was read. */
 static fvv_status work_off(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
-  if (event->kind == FVV_EVENT_DAMAGE)
-    report_damage(f, &event->diagnostic, event->offset, event->skipped, out);
+  if (event->kind == FVV_EVENT_DAMAGE) return take_damage(f, out);
   if (event->kind == FVV_EVENT_END) {
     out->kind = FVV_FRAMES_END;
     out->offset = event->offset;
@@ -446,9 +530,15 @@ static fvv_status read_event(fvv_frames *f, fvv_frames_event *out, fvv_diagnosti
     f->has_event = 1;
     f->is_reported = 0;
     f->place = FVV_PLACE_UNKNOWN;
-    if (f->event.kind != FVV_EVENT_CHUNK) return FVV_OK;
-    f->place = fvv_chunk_place(f->event.chunk.type, f->event.chunk.flags);
-    if (!f->event.group_intact) f->lost = 1;
+    f->is_listed = !f->analyses && (f->source ? f->event.kind == FVV_EVENT_CHUNK || f->event.has_chunk
+                                              : fvv_reader_lists_group(f->reader));
+    /* A damaged chunk of a group that is listed ends the frame before it as an intact one does. */
+    if (f->event.kind == FVV_EVENT_CHUNK || (f->event.kind == FVV_EVENT_DAMAGE && f->is_listed))
+      f->place = fvv_chunk_place(f->event.chunk.type, f->event.chunk.flags);
+    if (f->event.kind != FVV_EVENT_CHUNK || f->event.group_intact || f->is_listed) return FVV_OK;
+    if (f->spared && f->in_group && !f->lost && f->place != FVV_PLACE_CONFIGURATION)
+      report_more_damage(f, out);
+    f->lost = 1;
     return FVV_OK;
   }
   if (status == FVV_NEED_DATA || !f->is_finished || !f->block_open) return status;

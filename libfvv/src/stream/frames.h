@@ -11,7 +11,8 @@ extern "C" {
 /* As fvv_reader_next. */
 typedef fvv_status (*fvv_event_source)(void *user, fvv_event *event, fvv_diagnostic *diagnostic);
 
-/* Up to the next seek events come from this source, not from the reader. */
+/* Up to the next seek events come from this source, not from the reader. It reports all chunks of a group but
+ * those of tracks that are left out; damaged ones with has_chunk, if it knows their headers. */
 void fvv_frames_read_from(fvv_frames *frames, fvv_event_source source, void *user);
 
 /* The kind of an event of the reader, which is reported before what it means. Only after fvv_frames_analyse.

@@ -4,6 +4,7 @@
 #include "stream/frames.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace {
 
@@ -70,11 +71,15 @@ FVV_FUZZ_TARGET(frames, fuzz::Form::stream) {
   options.eager = random.below(2) != 0;
   const bool analyses = random.below(4) == 0;
   const bool join = random.below(4) == 0;
+  std::vector<uint16_t> left_out(random.below(4));
+  for (uint16_t &track : left_out) track = uint16_t(random.below(12));
   Outcome outcomes[2];
   for (int i = 0; i < 2; i++) {
     fvv_frames *frames = nullptr;
     fuzz::expect(fvv_frames_create(&options, nullptr, nullptr, &frames) == FVV_OK, "frames are created");
     if (analyses) fvv_frames_analyse(frames);
+    fuzz::expect(fvv_frames_leave_out(frames, left_out.data(), left_out.size()) == FVV_OK,
+                 "tracks are left out");
     if (join) fuzz::expect(fvv_frames_join(frames) == FVV_OK, "new frames join");
     outcomes[i] = read(frames, data, size, i ? &random : nullptr);
     if (i && outcomes[i].status == FVV_END) {

@@ -85,7 +85,6 @@ public:
     // Calibrations and layouts are needed by what may come before them.
     for (size_t i = 0; i < event.chunk_count; i++) {
       const fvv_frame_chunk &chunk = event.chunks[i];
-      if (!in_rung(configuration, chunk.header.track, rung)) continue;
       if (chunk.header.type == FVV_CHUNK_CALIBRATION) add_calibration(chunk);
       if (chunk.header.type == FVV_CHUNK_TILES) add_tiles(chunk);
       if (chunk.header.type == FVV_CHUNK_MESH) add_mesh(chunk, *frame);
@@ -94,10 +93,9 @@ public:
       frame->cameras[configuration.cameras[i].id] = camera_now(configuration.cameras[i]);
     for (size_t i = 0; i < event.chunk_count; i++) {
       const fvv_frame_chunk &chunk = event.chunks[i];
-      if (!in_rung(configuration, chunk.header.track, rung)) continue;
       if (chunk.header.type == FVV_CHUNK_COLOURS) add_colours(chunk);
       if (chunk.header.type == FVV_CHUNK_VIDEO_PACKET) add_pictures(chunk, *frame);
-      if (chunk.header.type == FVV_CHUNK_VISIBILITY && wanted.visibility)
+      if (chunk.header.type == FVV_CHUNK_VISIBILITY)
         visibility.decode(chunk, frame->meshes, calibration.get(), frame->visibility);
     }
     // Delta frames have the colours of their key mesh.
@@ -105,11 +103,24 @@ public:
     return frame;
   }
 
+  // Tracks of the configuration that nothing is decoded of.
+  std::vector<uint16_t> unused() const {
+    std::vector<uint16_t> out;
+    for (size_t i = 0; i < configuration.track_count; i++) {
+      const fvv_track &track = configuration.tracks[i];
+      const bool is_wanted = track.kind == FVV_TRACK_VIDEO        ? wanted.pictures
+                             : track.kind == FVV_TRACK_VISIBILITY ? wanted.visibility
+                             : track.kind == FVV_TRACK_AUDIO      ? wanted.sound
+                                                                  : track.kind != FVV_TRACK_ENVIRONMENT;
+      if (!is_wanted || !in_rung(configuration, track.id, rung)) out.push_back(track.id);
+    }
+    return out;
+  }
+
   // What is heard of the chunks of a frame, or of those between frames.
   void add_sounds(const fvv_frames_event &event, std::vector<LiveSound> &out) {
-    for (size_t i = 0; wanted.sound && i < event.chunk_count; i++) {
-      const fvv_chunk_header &header = event.chunks[i].header;
-      if (header.type != FVV_CHUNK_AUDIO || !in_rung(configuration, header.track, rung)) continue;
+    for (size_t i = 0; i < event.chunk_count; i++) {
+      if (event.chunks[i].header.type != FVV_CHUNK_AUDIO) continue;
       if (auto sound = sounds.decode(event.chunks[i])) out.push_back(std::move(*sound));
     }
   }
@@ -372,6 +383,8 @@ private:
       // Pointers into the former one are not valid any more, even when its chunks are the same.
       decoder.reset();
       decoder.emplace(*event.configuration, rung, wanted, limits, file);
+      const std::vector<uint16_t> unused = decoder->unused();
+      require(fvv_frames_leave_out(frames.get(), unused.data(), unused.size()), {}, file);
     } else if (event.kind == FVV_FRAMES_GROUP && decoder) {
       decoder->begin_group(event.time, event.end);
     } else if (event.kind == FVV_FRAMES_BETWEEN && decoder) {

@@ -17,29 +17,18 @@
 
 namespace fvv::demux {
 
+// Whether the frames that a caller unpacks need a track.
+using NeedsTrack = std::function<bool(const fvv_configuration &configuration, const fvv_track &track)>;
+
 class Survey {
 public:
-  // Error when the file cannot be read. limits NULL: defaults.
-  explicit Survey(const InputFile &file, const fvv_limits *limits = nullptr);
+  // Error when the file cannot be read. limits NULL: defaults. needs empty: frames need all tracks.
+  explicit Survey(const InputFile &file, const fvv_limits *limits = nullptr, const NeedsTrack &needs = {});
 
   struct Group {
-    uint64_t whole = 0;         // frames from the first on
-    fvv_diagnostic reason = {}; // why there are no more; status 0: the group is intact
+    uint64_t whole = 0;         // frames from the first on of which nothing that they need is lost
+    fvv_diagnostic reason = {}; // why there are no more; status 0: no frame is lost
     fvv_diagnostic behind = {}; // the first damage between this group and the next
-
-    // The headers of all chunks are there, and payloads alone are damaged: GEND and the frames say so.
-    bool listed = false;
-    struct LostChunk {
-      int64_t time; // ticks
-      uint16_t track;
-      fvv_diagnostic why;
-    };
-    std::vector<LostChunk> lost; // in order; of a listed group
-    std::vector<int64_t> times;  // of all its frames; of a listed group that has lost chunks
-
-    // Frames from the first on of which no chunk is lost on a track that matters; why: the reason that ends
-    // them, status 0 if nothing does.
-    uint64_t frames_of(const std::function<bool(uint16_t track)> &matters, fvv_diagnostic &why) const;
   };
   // Keyed by the offset of GRUP. A group whose GRUP was lost has no whole frames.
   Group group(uint64_t offset) const;
@@ -82,14 +71,15 @@ struct Plan {
 // The survey of a file is made when first needed, by one of the threads.
 class LazySurvey {
 public:
-  // limits NULL: defaults; they live as long as this object.
-  explicit LazySurvey(const InputFile &file, const fvv_limits *accepted = nullptr)
-      : input(file), limits(accepted) {}
+  // As of Survey; limits live as long as this object.
+  explicit LazySurvey(const InputFile &file, const fvv_limits *accepted = nullptr, NeedsTrack needed = {})
+      : input(file), limits(accepted), needs(std::move(needed)) {}
   Survey::Group group(uint64_t offset);
 
 private:
   const InputFile &input;
   const fvv_limits *limits;
+  const NeedsTrack needs;
   std::mutex lock;
   std::optional<Survey> survey;
 };
