@@ -1,6 +1,8 @@
 // Sound where WebCodecs has no decoder: Opus by libopus in wasm, npm's opus-decoder, which the caller provides; AAC by
 // decodeAudioData, as files of ADTS. Both have the interface of NativeDecoder in sound.js.
 
+import { joined } from "../joined.js";
+
 /** OpusHead (RFC 7845, clause 5.1): where fields are. */
 const OPUS = { channels: 9, gain: 16, family: 18, streams: 19, coupled: 20, mapping: 21 };
 /** Channels by Vorbis's order, in the order of Web Audio; for each number of channels from 3 on. */
@@ -24,16 +26,6 @@ function opusOptions(record) {
   const channelMappingTable = ORDERS[channels - 3]?.map((channel) => mapping[channel]) ?? mapping;
   const [streamCount, coupledStreamCount] = [record[OPUS.streams], record[OPUS.coupled]];
   return { options: { ...options, streamCount, coupledStreamCount, channelMappingTable }, gain };
-}
-
-function concatenate(parts, Type) {
-  const out = new Type(parts.reduce((sum, { length }) => sum + length, 0));
-  let at = 0;
-  for (const part of parts) {
-    out.set(part, at);
-    at += part.length;
-  }
-  return out;
 }
 
 /** Decodes one call after the other. decode(packets): returns samples, {start, channels}. */
@@ -150,7 +142,7 @@ export class AacPackets {
     this.#sequence.push(async () => {
       const frames = [...this.#last, ...packets.map(({ data }) => adtsFrame(record, data))];
       this.#last = frames.slice(-preroll);
-      const sound = await this.#context.decodeAudioData(concatenate(frames, Uint8Array).buffer);
+      const sound = await this.#context.decodeAudioData(joined(frames).buffer);
       // Some decoders have no output for the first frame of a file.
       const from = Math.max(0, sound.length - count);
       const late = Math.max(0, count - sound.length);

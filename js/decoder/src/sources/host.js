@@ -2,7 +2,8 @@
 
 import { onAbort, unlessAborted } from "../abort.js";
 import { FvvError } from "../errors.js";
-import { asTransient, failed, isTransient, joined, ROUND_TRIP_BYTES, sameVersion, versionOf } from "./network.js";
+import { joined } from "../joined.js";
+import { asTransient, failed, isTransient, ROUND_TRIP_BYTES, sameVersion, versionOf } from "./network.js";
 import { RangeSource } from "./types.js";
 
 /** First bytes: enough for the configuration of fifty cameras. */

@@ -4,6 +4,7 @@
 import { delay, onAbort, reasonOf, unlessAborted } from "../abort.js";
 import { crc32c } from "../chunks.js";
 import { FvvError } from "../errors.js";
+import { joined } from "../joined.js";
 
 /** The cost of a round trip of 40 ms at 8 Mbit/s: fewer bytes are fetched again rather than split over two requests. */
 export const ROUND_TRIP_BYTES = 40000;
@@ -501,17 +502,6 @@ export class Network {
     for (const end of this.#open) end(reasonOf(this.#closing.signal));
     this.#open.clear();
   }
-}
-
-/** One array of all pieces. */
-export function joined(pieces) {
-  const bytes = new Uint8Array(pieces.reduce((sum, { length }) => sum + length, 0));
-  let at = 0;
-  for (const piece of pieces) {
-    bytes.set(piece, at);
-    at += piece.length;
-  }
-  return bytes;
 }
 
 function noResponse(url, why, cause) {

@@ -1,9 +1,10 @@
 // Opens a source by its description: memory, files, streams and URLs.
 
+import { joined } from "../joined.js";
 import { askForRange, FRONT, HostSource, noRange } from "./host.js";
 import { LiveSource } from "./live.js";
 import { BlobSource, BufferSource, PulledSource } from "./local.js";
-import { failed, joined, Network } from "./network.js";
+import { failed, Network } from "./network.js";
 import { ResponseSource } from "./response.js";
 import { SegmentSource } from "./segments.js";
 

@@ -3,7 +3,8 @@
 import { GroupPrefetcher } from "./group_prefetcher.js";
 import { FILE_HEADER_SIZE, beginsWithFileHeader, chunkPayload, crc32c } from "../chunks.js";
 import { FvvError } from "../errors.js";
-import { asTransient, failed, isTransient, joined, Network } from "./network.js";
+import { joined } from "../joined.js";
+import { asTransient, failed, isTransient, Network } from "./network.js";
 import { SectionSource } from "./types.js";
 
 const invalid = (url, message) => new FvvError({ code: "invalid", message: `${url}: ${message}` });
