@@ -130,6 +130,11 @@ const MENDED = {
     return send(206, header, body.subarray(range.from, to));
   },
   "the whole file from request 2 on": ({ n, send }) => n >= 2 && send(200, { "Content-Range": "" }, body),
+  "partial responses without Content-Range": ({ range, send }) => range && send(206, { "Content-Range": "" }),
+  "partial responses without Content-Range from request 2 on": ({ n, range, send }) =>
+    n >= 2 && range && send(206, { "Content-Range": "" }),
+  "a Content-Range that does not say the size": ({ range, send }) =>
+    range && send(206, { "Content-Range": `bytes ${range.from}-${range.to - 1}/*` }),
   "a whole body that breaks off": broken(),
   redirects: ({ request, response, n }) => {
     if (request.url.includes("?")) return false;

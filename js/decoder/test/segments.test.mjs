@@ -58,6 +58,15 @@ tool(
   "--keep-geometry",
 );
 tool("fvvmux", join(folder, "other.fvv"), "--segments", join(folder, "other"));
+for (const [name, quality] of [
+  ["ladder", "36dB"],
+  ["ladder-other", "30dB"],
+]) {
+  const file = join(folder, `${name}.fvv`);
+  const studio = clips.moving.replace("moving.fvv", "studio");
+  tool("fvvmux", studio, "-o", file, "--quality", quality, "--group", "3", "--ladder", "1,0.5", "--keep-geometry");
+  tool("fvvmux", file, "--segments", join(folder, name));
+}
 cpSync(join(folder, "other/group-000001.fvv"), files["swapped/group-000001.fvv"]);
 for (const [name, text] of [
   ["none.json", "not json"],
@@ -138,6 +147,31 @@ test("a file that does not match the manifest: damage, a gap, and nothing of it 
   const decoder = await createDecoder({ source: `${server.url}/whole/lost/manifest.json` });
   await assert.rejects(decoder.next(), { code: "damaged", fatal: true });
 });
+
+for (const rungs of [false, true])
+  test(`a folder that is replaced${rungs ? ", with a ladder," : ""} is read anew, once`, async () => {
+    const [former, latter] = rungs ? ["ladder", "ladder-other"] : ["moving", "other"];
+    const take = (name) => {
+      for (const entry of readdirSync(join(folder, name), { recursive: true }))
+        files[`replaced/${entry}`] = join(folder, name, entry);
+    };
+    take(former);
+    const source = `${server.url}/whole/replaced/manifest.json`;
+    const decoder = await createDecoder({ source, rung: rungs ? 0 : "auto", limits: { cacheBytes: 0 } });
+    const reports = [];
+    onReports(decoder, ["damage", "gap", "warning"], (_, { code }) => reports.push(code));
+    const before = await frames(decoder);
+    take(latter);
+    await decoder.seek({ frame: 0 });
+    const other = await frames(decoder);
+    assert.deepEqual(reports, ["changed"]);
+    assert.notDeepEqual(other, before);
+    await decoder.seek({ frame: 0 });
+    assert.deepEqual(await frames(decoder), other);
+    assert.deepEqual(reports, ["changed"]);
+    if (!rungs) assert.deepEqual(other, nativeFrames(join(folder, "other.fvv")));
+    decoder.close();
+  });
 
 test("environments are also reported after a seek", async () => {
   const expected = nativeEnvironment(clips.environment);

@@ -93,6 +93,7 @@ export class SegmentSource extends SectionSource {
   #url;
   #network;
   #cache;
+  #manifestCrc = null;
   #configuration = null;
   #environments = [];
   #heads = new Map(); // bytes of configurations, by file
@@ -106,10 +107,11 @@ export class SegmentSource extends SectionSource {
   /** cache: for files of groups. */
   static async open({ url, init }, { cache, ...access }) {
     const segments = new SegmentSource(url, new Network(init, access), cache);
-    const text = new TextDecoder().decode(await segments.#load(url));
+    const bytes = await segments.#loadManifest();
+    segments.#manifestCrc = crc32c(bytes);
     let manifest;
     try {
-      manifest = JSON.parse(text);
+      manifest = JSON.parse(new TextDecoder().decode(bytes));
     } catch {
       throw invalid(url, "not JSON");
     }
@@ -139,13 +141,13 @@ export class SegmentSource extends SectionSource {
   }
 
   /** Yields the sizes of pieces, and returns all bytes. size: what is expected. From its beginning again when it breaks off. */
-  async *#receive(url, signal, size = 0) {
+  async *#receive(url, signal, size = 0, more = {}) {
     const outage = this.#network.outage(url, signal);
     let wasShort = false;
     for (;;) {
       const pieces = [];
       try {
-        const reply = await this.#network.request(url, { signal, outage });
+        const reply = await this.#network.request(url, { ...more, signal, outage });
         if (!reply.ok) throw failed(url, reply);
         for await (const piece of reply.pieces()) {
           pieces.push(piece);
@@ -164,12 +166,30 @@ export class SegmentSource extends SectionSource {
       }
     }
   }
-  async #load(url, signal, size) {
-    const pieces = this.#receive(url, signal, size);
+  async #load(url, signal, size, more) {
+    const pieces = this.#receive(url, signal, size, more);
     for (;;) {
       const { done, value } = await pieces.next();
       if (done) return value;
     }
+  }
+  /** As the host has it now: a manifest that a browser has kept may be of a folder that was replaced since. */
+  async #loadManifest(signal) {
+    return this.#load(this.#url, signal, 0, { cache: "no-cache" });
+  }
+  async #isReplaced(signal) {
+    try {
+      return crc32c(await this.#loadManifest(signal)) !== this.#manifestCrc;
+    } catch (error) {
+      if (signal?.aborted || isTransient(error)) throw error;
+      return false; // it is missing, too
+    }
+  }
+  /** A file of a folder that was replaced is not lost: the folder is read anew. */
+  async *#lossOf(error, signal) {
+    if (!isTransient(error) && (await this.#isReplaced(signal)))
+      throw new FvvError({ code: "changed", message: `${this.#url} changed while it was read (${error.message})` });
+    yield* lossOf(error);
   }
   /** Throws unless these are the bytes that the manifest lists. */
   #check(url, bytes, { bytes: size, crc32c: expected }) {
@@ -282,7 +302,7 @@ export class SegmentSource extends SectionSource {
         known = pending.rung;
       } catch (error) {
         if (signal?.aborted) return;
-        yield* lossOf(error);
+        yield* this.#lossOf(error, signal);
         known = null;
         continue;
       }
@@ -316,7 +336,7 @@ export class SegmentSource extends SectionSource {
       } catch (error) {
         if (signal?.aborted) return;
         if (!inSection) throw error;
-        yield* lossOf(error);
+        yield* this.#lossOf(error, signal);
         inSection = false;
       }
       pending = ask(i + 1);
