@@ -20,6 +20,8 @@ const QUEUE = 1;
 const TOUCH_ACTIONS = ["pan-y", "pan-x", "none"];
 /** Milliseconds within which an element that was taken out of its document may come back as it was. */
 const ABSENCE = 1000;
+/** budgetMs bounds it. */
+const UNBOUNDED = Number.MAX_SAFE_INTEGER;
 /** Duration in seconds of a change of view by attributes. */
 const JOURNEY = 0.5;
 
@@ -85,7 +87,7 @@ export class FvvPlayer extends ViewpointElement {
     });
     this.#media = this._makeMedia({
       now: () => this.#sound.now(),
-      open: (source) => this.#open(source),
+      open: (source, isKnown) => this.#open(source, isKnown),
       show: (frame) => this.#show(frame),
       vacate: () => this._stage.vacate(),
       wake: () => this._stage?.wake(),
@@ -254,7 +256,8 @@ export class FvvPlayer extends ViewpointElement {
   }
 
   attributeChangedCallback(name, before, after) {
-    if (before === after) return;
+    // As with media elements, src loads again also with the same value.
+    if (before === after && name !== "src") return;
     if (name === "src" || name === "live") this.load();
     else this.#apply(name);
   }
@@ -309,10 +312,11 @@ export class FvvPlayer extends ViewpointElement {
     if (poster) this.#poster.src = poster;
   }
 
-  async #open(source) {
+  /** isKnown: it has been open before, so that its address is right, and a host that is away may come back. */
+  async #open(source, isKnown) {
     const { worker } = this;
     const described = this.live && typeof source === "string" ? { url: source, reconnect: true } : source;
-    const { tracks, look } = { ...FvvPlayer.decoderOptions, ...this.decoderOptions };
+    const { tracks, look, network } = { ...FvvPlayer.decoderOptions, ...this.decoderOptions };
     this.#choosesTracks = !tracks && !look;
     const decoder = await createDecoder({
       // Also without WebCodecs: JPEG needs none, and the decoder then reports what it cannot decode.
@@ -325,6 +329,7 @@ export class FvvPlayer extends ViewpointElement {
       onOutage: (outage) => this.#takeOutage(outage),
       renewAddress: (expired) => this.#renewAddress(expired),
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
+      ...(isKnown && { network: { ...network, openBudgetMs: UNBOUNDED } }),
       source: described,
       normals: true,
       queue: QUEUE,

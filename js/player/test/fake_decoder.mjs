@@ -13,10 +13,13 @@ class FakeDecoder extends EventTarget {
   configuration = null;
   closed = false;
 
-  /** restartAfter: number of frames after which times restart at 0. groups: [{start, end, first, count}] in ticks. */
-  constructor(world, { count = 50, seekable = true, restartAfter = Infinity, groups = null } = {}) {
+  /**
+   * restartAfter: number of frames after which times restart at 0. groups: [{start, end, first, count}] in ticks. gap: {before, ticks}:
+   * times that are lost before a frame.
+   */
+  constructor(world, { count = 50, seekable = true, restartAfter = Infinity, groups = null, gap = null } = {}) {
     super();
-    Object.assign(this, { world, count, seekable, restartAfter, frameCount: seekable ? count : null });
+    Object.assign(this, { world, count, seekable, restartAfter, gap, frameCount: seekable ? count : null });
     let firstFrame = 0;
     const listed = groups?.map(({ start, end, count: frameCount, first = start }) => {
       firstFrame += frameCount;
@@ -57,7 +60,11 @@ class FakeDecoder extends EventTarget {
     world.mostOpen = Math.max(world.mostOpen, world.open);
     let closed = false;
     const group = this.groups?.findLast(({ firstFrame, frameCount }) => frameCount && firstFrame <= number);
-    const tick = group?.first === undefined ? number % this.restartAfter : group.first + number - group.firstFrame;
+    const { before = Infinity, ticks } = this.gap ?? {};
+    if (number === before) this.#report({ code: "gap", severity: "warning", to: BigInt(number + ticks) });
+    const lost = number < before ? 0 : ticks;
+    const tick =
+      group?.first === undefined ? (number + lost) % this.restartAfter : group.first + number - group.firstFrame;
     return {
       number,
       seconds: tick / RATE,
@@ -73,6 +80,9 @@ class FakeDecoder extends EventTarget {
         closed = true;
       },
     };
+  }
+  #report(detail) {
+    this.dispatchEvent(Object.assign(new Event("warning"), { detail }));
   }
   async seek({ frame, seconds }) {
     this.world.seeks++;
@@ -117,6 +127,8 @@ export class World {
   rung = null;
   lastingRung = null;
   shown = [];
+  /** Whether a source that was opened had been open before. */
+  known = [];
   events = [];
   #timers = [];
   #ticking = false;
@@ -126,7 +138,8 @@ export class World {
     const media = new Media({
       now: () => this.now,
       wake: () => (this.#ticking = true),
-      open: async () => {
+      open: async (source, isKnown) => {
+        this.known.push(isKnown);
         const decoder = new FakeDecoder(this, options);
         options.prepare?.(decoder, decoders.length);
         decoders.push(decoder);

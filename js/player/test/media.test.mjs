@@ -410,6 +410,17 @@ test("a source without seeking: steps forward only, loops by opening it again", 
   assert.ok(world.numbers().length > 20);
 });
 
+test("a source that is opened again is known: its address was right", async () => {
+  const { world, media } = await ready({ seekable: false });
+  media.loop = true;
+  media.play();
+  await world.advance(2600);
+  assert.deepEqual(world.known.slice(0, 2), [false, true]);
+  media.load("another");
+  await world.advance(40);
+  assert.equal(world.known.at(-1), false);
+});
+
 test("while suspended, as on a hidden page, time stands still and no events are dispatched", async () => {
   const { world, media } = await ready();
   media.play();
@@ -476,6 +487,49 @@ test("live: after a short pause it catches up, after a long one it skips", async
   assert.equal(world.decoders.length, 2);
   assert.ok(media.behind < 1, `${media.behind} s behind`);
   assert.ok(world.take().includes("seeked"));
+});
+
+test("live: what was lost while the network was away is passed over, without an empty stage", async () => {
+  const AWAY = { before: 100, ticks: 125 };
+  const world = new World();
+  const media = world.media({
+    ...liveOptions(world),
+    gap: AWAY,
+    prepare: (decoder) => (decoder.madeAt = (number) => 40 * (number + (number < AWAY.before ? 0 : AWAY.ticks))),
+  });
+  media.load("live", { live: true });
+  media.play();
+  await world.advance(40 * (AWAY.before + AWAY.ticks) - 200);
+  assert.equal(media.currentFrame, AWAY.before - 1);
+  await world.advance(1000);
+  assert.ok(media.currentFrame > AWAY.before + 10, `frame ${media.currentFrame}`);
+  assert.ok(!world.numbers().includes(null), "the stage was empty");
+  await world.advance(8000);
+  assert.ok(media.behind > 0 && media.behind < 0.5, `${media.behind} s behind`);
+});
+
+test("live: a publisher whose clock is slow is followed", async () => {
+  const SLOWER = 1.05;
+  const world = new World();
+  const media = world.media({
+    ...liveOptions(world),
+    prepare: (decoder) => (decoder.madeAt = (number) => 40 * SLOWER * number),
+  });
+  media.load("live", { live: true });
+  media.play();
+  await world.advance(60000);
+  const numbers = world.numbers();
+  const dropped = numbers.at(-1) + 1 - numbers.length;
+  const waits = world.take().filter((type) => type === "waiting").length;
+  assert.ok(numbers.at(-1) > 60000 / 40 / SLOWER - 20, `frame ${numbers.at(-1)}`);
+  assert.ok(
+    numbers.every((number, i) => i === 0 || number > numbers[i - 1]),
+    "frames go back",
+  );
+  assert.ok(dropped <= numbers.length / 50, `${dropped} frames were dropped`);
+  assert.ok(waits <= 4, `${waits} waits`);
+  assert.ok(media.behind < 0.5, `${media.behind} s behind`);
+  assert.deepEqual([world.decoders.length, media.error, media.paused], [1, null, false]);
 });
 
 test("live: a stream that restarts during a pause stays behind, and catches up", async () => {

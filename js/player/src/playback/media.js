@@ -178,7 +178,7 @@ export class Media extends DelayedEvents {
     const opening = (this.#opening = Symbol());
     let decoder;
     try {
-      decoder = await this.#open(this.#source);
+      decoder = await this.#open(this.#source, this.#reopened);
     } catch (error) {
       if (opening === this.#opening) this.fail(error);
       return;

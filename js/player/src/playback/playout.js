@@ -52,6 +52,7 @@ export class Playout {
   #again = null; // number of the frame on screen, while it is requested again
   #isWatched = true;
   #unsupported = false; // a codec: pictures are missing for good
+  #gapEnd = null; // in ticks, of what a live stream has lost
   #begins = -Infinity; // position from which on a round of the loop is played
   live = false;
   loop = false;
@@ -86,6 +87,7 @@ export class Playout {
     decoder.addEventListener("warning", ({ detail }) => {
       if (detail.severity === "error" && detail.code !== "gap") this.#damage ??= detail;
       if (detail.code === "unsupported") this.#unsupported = true;
+      if (detail.code === "gap" && live) this.#gapEnd = detail.to;
     });
     decoder.addEventListener("groups", () => this.#seconds && this.#learnGroups());
   }
@@ -318,6 +320,7 @@ export class Playout {
   #playNext(frame) {
     // Times go back: a live stream has restarted.
     if (frame.seconds < this.shown.seconds) this.#clock.position = frame.seconds;
+    if (this.live) this.#passGap(frame);
     const { position, rate } = this.#clock;
     // If decoding is the bottleneck, dropping a frame does not make the next one arrive sooner.
     const last = frame.number + 1 === this.decoder.frameCount;
@@ -337,6 +340,14 @@ export class Playout {
       this.#clock.position = frame.seconds;
       this.#present();
     }
+  }
+
+  /** What was lost live is not waited for on an empty stage: its time has passed. */
+  #passGap(frame) {
+    if (this.#gapEnd === null || frame.seconds < this.#seconds(this.#gapEnd) - EPSILON) return;
+    if (this.#clock.position < this.#taken - EPSILON) return;
+    this.#clock.position = Math.max(this.#clock.position, frame.seconds);
+    this.#gapEnd = null;
   }
 
   /** Skips to the group that is due. */
