@@ -2,6 +2,11 @@
 
 namespace fvv {
 
+std::string line_of(const std::exception &error) {
+  const auto *ours = dynamic_cast<const Error *>(&error);
+  return ours ? ours->line() : error.what();
+}
+
 void fail(const std::string &name, const fvv_diagnostic &diagnostic) {
   char line[1024];
   fvv_diagnostic_format(&diagnostic, name.c_str(), line, sizeof line);

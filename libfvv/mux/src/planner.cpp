@@ -163,22 +163,16 @@ void leave_out(Plan &plan, const std::vector<BadFrame> &bad) {
 // True when there was a warning.
 bool look_at_files(Plan &plan, bool sub_range) {
   const scene::Capture &capture = plan.capture;
-  std::optional<media::MemoryError> too_large; // it names its option, which a finding does not
   const scene::Findings findings = scene::check_files(
       capture,
       [&](const std::string &path) {
-        try {
-          media::check_image_memory(path, capture.memory_limit);
-        } catch (const media::MemoryError &error) {
-          if (!too_large) too_large.emplace(error);
-        }
+        media::check_image_memory(path, capture.memory_limit);
         const media::ImageInfo info = media::probe_image(path);
         return scene::PictureSize{info.width, info.height, info.orientation};
       },
       [&](const std::string &path, std::optional<uint32_t> stream) {
         return plan.videos->facts(path, stream);
       });
-  if (too_large) throw *too_large;
   plan.sources = findings.videos;
   if (!findings.problems.empty()) {
     std::string lines;

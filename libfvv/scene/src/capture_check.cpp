@@ -91,7 +91,7 @@ void check_video(const Capture &capture, const Camera *camera, const std::string
   try {
     facts = probe(path, source.video->stream);
   } catch (const std::exception &reason) {
-    findings.problems.push_back(id + kind + ": " + reason.what());
+    findings.problems.push_back(id + kind + ": " + line_of(reason));
     return;
   }
   for (const std::string &warning : facts.warnings) findings.warnings.push_back(subject + warning);
@@ -306,7 +306,7 @@ private:
       if (size.orientation != 1 && !rotate)
         turned.add(file + " has orientation " + std::to_string(size.orientation));
     } catch (const std::exception &error) {
-      unreadable.add(error.what());
+      unreadable.add(line_of(error));
     }
   }
 
@@ -342,7 +342,7 @@ private:
     try {
       end = capture.animation->end(capture.mesh_path(frames.first), capture.atlas.has_value());
     } catch (const Error &error) {
-      findings.problems.push_back(std::string("meshes: ") + error.what());
+      findings.problems.push_back("meshes: " + error.line());
       return;
     }
     const auto behind = [&](int64_t i) {

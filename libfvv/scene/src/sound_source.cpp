@@ -105,7 +105,7 @@ void check_sounds(const Capture &capture, Findings &findings) {
     try {
       media::sound_info(path, source.stream);
     } catch (const Error &error) {
-      findings.problems.push_back(std::string("audio: ") + error.what());
+      findings.problems.push_back("audio: " + error.line());
     }
   }
 }

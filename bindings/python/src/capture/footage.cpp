@@ -75,7 +75,11 @@ public:
             return videos.facts(path, stream);
           });
     });
-    return {found.problems, found.warnings};
+    const auto spelled = [](std::vector<std::string> sentences) {
+      for (std::string &sentence : sentences) sentence = spell(sentence, Spelling::python);
+      return sentences;
+    };
+    return {spelled(found.problems), spelled(found.warnings)};
   }
 
 private:

@@ -64,6 +64,9 @@ private:
   const std::shared_ptr<const std::string> marked; // shared, so that a copy does not throw
 };
 
+// Error::line(), or what() of other exceptions: for a line that goes on.
+std::string line_of(const std::exception &error);
+
 // Throws an Error (usage): "OPTION: TEXT".
 [[noreturn]] inline void refuse_option(std::string_view identifier, const std::string &text) {
   throw Error(option_name(identifier) + ": " + text, Error::usage);

@@ -210,7 +210,7 @@ using PictureProbe = std::function<PictureSize(const std::string &path)>;
 using VideoProbe = std::function<VideoFacts(const std::string &path, std::optional<uint32_t> stream)>;
 
 // Errors that prevent work, and warnings; sentences without the path of capture.json, in the order meshes,
-// cameras as listed.
+// cameras as listed. Options in them are named by option_name().
 struct Findings {
   std::vector<std::string> problems;
   bool of_frames = false;      // some of these are about files that belong to single frames
