@@ -6,7 +6,7 @@ import contextlib
 import os
 import shutil
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, BinaryIO, Callable, Protocol, Union
 
 from .errors import UsageError
@@ -50,6 +50,64 @@ def _flush_folder(path: str) -> None:
             os.close(folder)
 
 
+@contextlib.contextmanager
+def _naming(former: str | None, name: str) -> Iterator[None]:
+    """Errors say where that is which had a name before."""
+    try:
+        yield
+    except OSError as error:
+        if former is None:
+            raise
+        raise OSError(
+            error.errno, f"{error.strerror}: what {name} was before is now {former}", name
+        ) from error
+
+
+class Output(Protocol):
+    """What has its name only when it is whole."""
+
+    name: str
+
+    def prepare(self) -> None:
+        """All bytes are on the disk. May be called again."""
+
+    def place(self) -> None:
+        """It has its name."""
+
+    def take_back(self) -> None:
+        """The name is as it was before `place`, which may have failed."""
+
+    def keep(self) -> None:
+        """What had the name before is removed."""
+
+    def discard(self) -> None:
+        """Removes what was written and has no name."""
+
+
+def commit_all(outputs: Sequence[Output]) -> None:
+    """Gives all outputs their names, or none."""
+    for output in outputs:
+        output.prepare()
+    placed: list[Output] = []
+    try:
+        for output in outputs:
+            placed.append(output)
+            output.place()
+    except BaseException as error:
+        lost: list[str] = []
+        for output in reversed(placed):
+            try:
+                output.take_back()
+            except OSError as other:
+                lost.append(f"{output.name}: {other.strerror}")
+        if lost and isinstance(error, OSError):
+            raise OSError(error.errno, "; ".join([str(error.strerror), *lost]), error.filename) from error
+        raise
+    with contextlib.ExitStack() as kept:  # all of them, whichever fails
+        for output in outputs:
+            kept.callback(output.keep)
+
+
 class FileOutput:
     """A file under a temporary name beside its own, until `commit`. Pipes and devices are written to directly."""
 
@@ -60,6 +118,8 @@ class FileOutput:
         self._file: BinaryIO | None = None
         #: Where the bytes are before `commit`; None: it is a pipe or a device.
         self.temporary: str | None = None
+        self._former: str | None = None  # where what had the name is, until all outputs have theirs
+        self._is_placed = False
         found: os.stat_result | None = None
         with contextlib.suppress(FileNotFoundError):
             found = os.stat(self._path)
@@ -89,16 +149,21 @@ class FileOutput:
         if self._file is not None:
             self._file.flush()
 
-    def commit(self) -> None:
-        """Closes the file and gives it its name."""
+    def prepare(self) -> None:
         assert self._file is not None
-        self._file.flush()
-        if self.temporary is None:
-            self._file.close()
+        if self._file.closed:
             return
-        os.fsync(self._file.fileno())  # a full disk is found before anything is replaced
+        self._file.flush()
+        if self.temporary is not None:
+            os.fsync(self._file.fileno())  # a full disk is found before anything is replaced
         self._file.close()
-        if not self._force:
+
+    def place(self) -> None:
+        if self.temporary is None:
+            return
+        if self._force:
+            self._keep_former()
+        else:
             try:
                 os.link(self.temporary, self._path)  # fails where something has the name meanwhile
             except FileExistsError:
@@ -107,13 +172,45 @@ class FileOutput:
                 if os.path.lexists(self._path):
                     raise self._exists() from None
             else:
+                self._is_placed = True
                 os.unlink(self.temporary)
                 self.temporary = None
-                _flush_folder(self._path)
                 return
         os.replace(self.temporary, self._path)
+        self._is_placed = True
         self.temporary = None
-        _flush_folder(self._path)
+
+    def _keep_former(self) -> None:
+        """What has the name gets a second one; without links it has that alone for a moment."""
+        if not os.path.isfile(self._path):
+            return  # a folder that came meanwhile is not replaced
+        former = _beside(self._path)
+        try:
+            os.link(self._path, former)
+        except OSError:
+            os.rename(self._path, former)
+        self._former = former
+
+    def take_back(self) -> None:
+        with _naming(self._former, self.name):
+            if self._former is not None:
+                os.replace(self._former, self._path)
+                if os.path.lexists(self._former):  # two names of one file stay as they are
+                    os.unlink(self._former)
+            elif self._is_placed:
+                os.unlink(self._path)
+        self._former, self._is_placed = None, False
+
+    def keep(self) -> None:
+        if self._is_placed:
+            _flush_folder(self._path)
+        if self._former is not None:
+            os.unlink(self._former)
+            self._former = None
+
+    def commit(self) -> None:
+        """Closes the file and gives it its name."""
+        commit_all([self])
 
     def _exists(self) -> UsageError:
         return UsageError(f"{self.name}: already exists; force=True replaces it", file=self.name)
@@ -139,6 +236,8 @@ class FolderOutput:
         self._path = os.path.realpath(path)
         self._tool = tool
         self._replace = False
+        self._former: str | None = None
+        self._written: str | None = None  # where it was before it had its name
         if os.path.lexists(self._path) and not (os.path.isdir(self._path) and not os.listdir(self._path)):
             if not force or tool is None:
                 hint = "; --force replaces it" if tool else ""
@@ -175,34 +274,40 @@ class FolderOutput:
         with open(path, "xb") as file:
             file.write(content)
 
-    def commit(self) -> None:
-        """Gives the folder its name. Fails where something has it meanwhile."""
+    def prepare(self) -> None:
         assert self.temporary is not None
-        if self._tool is not None:
+        if self._tool is not None and not os.path.exists(os.path.join(self.temporary, _LIST)):
             files = "".join(f"file {part}\n" for part in sorted(_files(self.temporary)))
             self.write_file(_LIST, f"{_HEAD}\ntool {self._tool}\n{files}".encode())
-        if not self._replace:
-            os.rename(self.temporary, self._path)
-        else:
+
+    def place(self) -> None:
+        assert self.temporary is not None
+        if self._replace:
             self._check_own()  # files may have been added while the run went on
             former = _beside(self._path)
             os.rename(self._path, former)
-            try:
-                os.rename(self.temporary, self._path)
-            except OSError:
-                self._take_back(former)
-                raise
-            shutil.rmtree(former)
-        self.temporary = None
-        _flush_folder(self._path)
+            self._former = former
+        os.rename(self.temporary, self._path)
+        self._written, self.temporary = self.temporary, None
 
-    def _take_back(self, former: str) -> None:
-        try:
-            os.rename(former, self._path)
-        except OSError as error:
-            raise OSError(
-                error.errno, f"{error.strerror}: what {self.name} was before is now {former}", self.name
-            ) from error
+    def take_back(self) -> None:
+        with _naming(self._former, self.name):
+            if self._written is not None:
+                os.rename(self._path, self._written)
+                self._written, self.temporary = None, self._written
+            if self._former is not None:
+                os.rename(self._former, self._path)
+        self._former = None
+
+    def keep(self) -> None:
+        _flush_folder(self._path)
+        if self._former is not None:
+            shutil.rmtree(self._former)
+            self._former = None
+
+    def commit(self) -> None:
+        """Gives the folder its name. Fails where something has it meanwhile."""
+        commit_all([self])
 
     def discard(self) -> None:
         """Removes what was written. May be called again, and after `commit`."""
@@ -242,6 +347,10 @@ class ObjectOutput:
             rest = rest[taken:]
 
     def flush(self) -> None: ...
+    def prepare(self) -> None: ...
+    def place(self) -> None: ...
+    def take_back(self) -> None: ...
+    def keep(self) -> None: ...
     def commit(self) -> None: ...
     def discard(self) -> None: ...
 

@@ -18,7 +18,7 @@ from .errors import LossWarning, UsageError
 from .frames import Key
 from .meshes import MeshArrays, MeshLike, mesh_arrays
 from .options import OF_CAPTURES, camera_names, option_texts
-from .outputs import FileOutput, FolderOutput, ObjectOutput, Target, output_of
+from .outputs import FileOutput, FolderOutput, ObjectOutput, Target, commit_all, output_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -444,11 +444,7 @@ def mux(
             summary["segments"] = {"folder": folder.name, "groups": groups, "bytes": size}
             if rungs > 1:
                 summary["segments"]["rungs"] = rungs
-        output.commit()
-        if folder is not None:
-            folder.commit()
-        if described is not None:
-            described.commit()
+        commit_all([one for one in (output, folder, described) if one is not None])
     finally:
         output.discard()
         if described is not None:

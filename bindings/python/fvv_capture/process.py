@@ -16,7 +16,7 @@ import numpy
 from fvv import mux, recordings
 from fvv.errors import DamagedError, Error, LossWarning, UsageError
 from fvv.interop.optional_import import optional_import
-from fvv.outputs import FileOutput, FolderOutput
+from fvv.outputs import FileOutput, FolderOutput, commit_all
 
 from . import footage, pipeline, synchronise
 from .cameras import Calibration, read_calibration
@@ -149,8 +149,7 @@ def process(
         report["warnings"] = notes
         if stream is None:
             _write(os.path.join(target, "report.json"), (json.dumps(report, indent=1) + "\n").encode())
-        for output in outputs:
-            output.commit()
+        commit_all(outputs)
         return Result(report, notes)
     finally:
         for output in outputs:

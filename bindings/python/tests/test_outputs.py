@@ -1,8 +1,11 @@
 """Outputs of the package: nothing that was there is lost, whatever fails, and names may be as long as the file system takes."""
 
+import errno
 import os
 
+import fvv
 import pytest
+from fvv import outputs
 from fvv.outputs import FileOutput, FolderOutput
 
 
@@ -86,3 +89,72 @@ def test_a_replaced_file_keeps_owner_and_rights(tmp_path):
         2345,
         0o640,
     ) and path.read_bytes() == b"2"
+
+
+# Several outputs of one call.
+
+
+def state(folder):
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def muxed(players, folder):
+    capture = players.parent / "capture"
+    return fvv.mux(
+        None,
+        folder / "out.fvv",
+        meshes=capture / "meshes/####.ply",
+        fps=25,
+        segments=folder / "segments",
+        write_capture=folder / "capture.json",
+        force=True,
+        threads=1,
+    )
+
+
+class Failing:
+    """os with a call that fails the n-th time; later: every time from then on."""
+
+    def __init__(self, monkeypatch, name, number, later):
+        self.count = 0
+        real = getattr(os, name)
+
+        def call(*values, **more):
+            self.count += 1
+            if self.count == number or (later and self.count > number):
+                raise OSError(errno.EIO, os.strerror(errno.EIO), values[0])
+            return real(*values, **more)
+
+        monkeypatch.setattr(outputs.os, name, call)
+
+
+@pytest.mark.parametrize("later", [False, True], ids=["once", "from then on"])
+@pytest.mark.parametrize("name", ["rename", "replace", "link", "fsync"])
+def test_all_outputs_of_a_call_or_none(name, later, tmp_path, players, monkeypatch):
+    failures = 0
+    for number in range(1, 5):
+        folder = tmp_path / f"{number}"
+        folder.mkdir()
+        for old in ("out.fvv", "capture.json"):
+            (folder / old).write_bytes(b"old")
+        before = state(folder)
+        with monkeypatch.context() as patch:
+            failing = Failing(patch, name, number, later)
+            try:
+                muxed(players, folder)
+                is_done = True
+            except OSError as error:
+                is_done = False
+                said = str(error)
+        after = state(folder)
+        if is_done:
+            assert {"out.fvv", "capture.json", "segments"} == {p.name for p in folder.iterdir()}
+            assert b"old" not in after.values()
+            continue
+        failures += 1
+        assert failing.count >= number
+        if after != before:  # putting back failed as well: it is said where the old file is
+            assert later and sorted(after.values()) >= [b"old", b"old"]
+            for path in after.keys() - before.keys():
+                assert path.name in said, said
+    assert failures >= (0 if name == "link" else 1)

@@ -161,7 +161,9 @@ def test_videos(cap):
     capture["cameras"][0]["pictures"] = {"video": "f.mp4"}
     (cap / "capture.json").write_text(json.dumps(capture))
     said = refuses(MUX, cap, "f.mp4", "--max-memory", "20M")
-    assert "decoding a video of 1280 x 720 pixels takes up to" in said and "--max-memory allows 20 MiB" in said
+    assert (
+        "decoding a video of 1280 x 720 pixels takes up to" in said and "--max-memory allows 20 MiB" in said
+    )
 
 
 def test_an_embedded_picture(cap):
