@@ -161,6 +161,13 @@ void describe_motion(const fvv_configuration &configuration, const Options &opti
   }
 }
 
+namespace {
+
+// capture.json names each place without a frame; two damaged times can be 2^31 places apart.
+constexpr uint64_t most_places_left = 1 << 20; // 11.6 hours of 25 frames per second
+
+} // namespace
+
 std::vector<int64_t> places_of(fvv_stream *stream, int64_t &end) {
   const size_t groups = fvv_stream_group_count(stream), count = fvv_stream_frame_count(stream);
   const fvv_configuration *configuration = nullptr;
@@ -171,7 +178,9 @@ std::vector<int64_t> places_of(fvv_stream *stream, int64_t &end) {
   const auto duration = uint64_t(configuration->scene.frame_duration),
              start = uint64_t(fvv_stream_group(stream, 0)->start);
   const uint64_t span = uint64_t(fvv_stream_group(stream, groups - 1)->end) - start;
-  if (span % duration || span / duration <= count || span / duration > uint64_t(INT32_MAX)) return {};
+  if (span % duration || span / duration <= count || span / duration > uint64_t(INT32_MAX) ||
+      span / duration - count > most_places_left)
+    return {};
   std::vector<int64_t> places;
   for (size_t i = 0; i < count; i++) {
     fvv_frame frame;
