@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
+#include <vector>
 
 namespace fvv::scene {
 
@@ -278,14 +280,20 @@ std::set<int64_t> read_frame_numbers(const JsonValue &value, const Frames &frame
                one.found());
     return found;
   };
+  std::vector<std::pair<int64_t, int64_t>> ranges;
   for (size_t i = 0; i < value.size(); i++) {
     const JsonValue item = value.item(i);
     const bool is_range = !item.is_integer();
     const int64_t from = number(is_range ? item.items(2, 0) : item),
                   to = is_range ? number(item.items(2, 1)) : from;
     if (from > to) item.fail("expected the first and the last frame of a range, found the last one first");
-    for (int64_t frame = from; frame <= to; frame += frames.step) out.insert(frame);
+    ranges.emplace_back(from, to);
   }
+  // Each frame once: the ranges of a small file may cover all frames a million times.
+  std::sort(ranges.begin(), ranges.end());
+  int64_t next = frames.first;
+  for (const auto &[from, to] : ranges)
+    for (next = std::max(next, from); next <= to; next += frames.step) out.insert(out.end(), next);
   return out;
 }
 

@@ -175,6 +175,16 @@ def capture_cameras(folder, n):
 
 
 @case()
+def capture_ranges_left_out(folder, n):
+    frames = {"first": 0, "count": n, "step": 1, "left_out": [[0, n - 2]] * (n // 10)}
+    write(
+        folder / "capture.json",
+        [json.dumps({"fvv_capture": 1, "frame_rate": 25, "frames": frames, "up": "down"})],
+    )
+    return CAPTURE
+
+
+@case()
 def capture_keys(folder, n):
     write(folder / "capture.json", [json.dumps({f"k{i}": 1 for i in range(n)})])
     return CAPTURE
