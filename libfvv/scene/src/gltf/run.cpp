@@ -280,7 +280,7 @@ private:
     }
     const size_t input = out.accessor(out.view(times), gltf::component_float32, keys.size(), "SCALAR");
     out.bound<float>(input, {keys.front()}, {keys.back()});
-    const size_t output = out.accessor(out.elements(weights, gltf::Use::none, sizeof(float)),
+    const size_t output = out.accessor(out.elements(weights, gltf::Use::unstated, sizeof(float)),
                                        gltf::component_float32, keys.size() * (count - 1), "SCALAR");
     out.list("animations")
         .push_back({{"name", "frames"},

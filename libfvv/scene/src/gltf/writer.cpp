@@ -70,7 +70,7 @@ void Writer::use(const char *extension, bool is_required) {
 size_t Writer::view(std::string_view bytes, Use use, size_t stride) {
   Json entry = {{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", bytes.size()}};
   if (stride) entry["byteStride"] = stride;
-  if (use != Use::none) entry["target"] = int(use);
+  if (use != Use::unstated) entry["target"] = int(use);
   binary += bytes;
   while (binary.size() % 4) binary += '\0';
   document["bufferViews"].push_back(entry);
@@ -103,7 +103,7 @@ size_t Writer::elements(const std::string &bytes, Use use, size_t stride, bool s
   const std::string packed = compressed(bytes, use, stride);
   Json entry = {{"buffer", 1}, {"byteOffset", uncompressed}, {"byteLength", bytes.size()}};
   if (strided) entry["byteStride"] = stride;
-  if (use != Use::none) entry["target"] = int(use);
+  if (use != Use::unstated) entry["target"] = int(use);
   entry["extensions"] = {{meshopt,
                           {{"buffer", 0},
                            {"byteOffset", binary.size()},

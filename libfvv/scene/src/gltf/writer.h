@@ -20,7 +20,7 @@ enum Component : unsigned {
   component_float32 = 5126
 };
 // What the GPU uses a view for.
-enum class Use { none = 0, vertices = 34962, indices = 34963 };
+enum class Use { unstated = 0, vertices = 34962, indices = 34963 };
 
 // A base colour, and a picture that it is a factor of.
 struct Surface {
@@ -46,12 +46,12 @@ public:
   explicit Writer(const std::string &file, bool with_meshopt = false);
 
   // Lists of the document that are empty at the end are left out.
-  Json &list(const char *name) { return document[name]; }
+  Json &list(const char *key) { return document[key]; }
   Json &extensions() { return document["extensions"]; }
   void use(const char *extension, bool required = false);
 
   // A view as it is. stride: bytes of an element, where accessors share the view.
-  size_t view(std::string_view bytes, Use use = Use::none, size_t stride = 0);
+  size_t view(std::string_view bytes, Use use = Use::unstated, size_t stride = 0);
   // A view of elements of stride bytes, a multiple of 4, or of the corners of triangles, compressed by
   // EXT_meshopt_compression if this writer does. strided: several accessors share the view, or an element has
   // padding.
