@@ -34,9 +34,18 @@ finish() { # module
 
 features=(--enable-exception-handling --enable-mutable-globals --enable-bulk-memory --enable-sign-ext
   --enable-nontrapping-float-to-int --enable-simd)
-# Of the library that a module contains.
+# Of the library that a module contains. Every page has the core, which has that of what all are linked with.
+musl="$(dirname "$(readlink -f "$(command -v emcc)")")/system/lib/libc/musl/COPYRIGHT"
+musl_licence() { # its first part: what follows are the names of authors
+  sed '1,/^---/d;/^---/,$d' "$musl"
+}
 notice() { # module
   case "$1" in
+    core)
+      echo "This module contains parts of musl."
+      echo
+      musl_licence
+      ;;
     draco)
       echo "This module contains Draco. Copyright 2016-2022 The Draco Authors."
       echo "Licensed under the Apache License, Version 2.0: https://www.apache.org/licenses/LICENSE-2.0"
@@ -61,4 +70,5 @@ cp -r "$here"/../src/*.js "$here"/../src/*.d.ts "$here"/../src/media "$here"/../
 cp "$here/../../shading/src/camera_rule.js" "$here/../dist/"
 cp "$here/../../../LICENSE" "$here/../dist/LICENSE"
 cp "$build/sources/draco/LICENSE" "$here/../dist/LICENSE.draco"
+cp "$musl" "$here/../dist/LICENSE.musl"
 cp "$build/sources/meshoptimizer/LICENSE.md" "$here/../dist/LICENSE.meshoptimizer"

@@ -47,24 +47,28 @@ test("manifests agree, and each package has its licence", () => {
   }
 });
 
-test("what contains Draco or meshoptimizer has their notices", () => {
+test("what contains Draco, meshoptimizer or musl has their notices", () => {
   const fileOf = (name, path) =>
     execFileSync("tar", ["-xzOf", tarballs[name], `package/dist/${path}`], { encoding: "utf8", maxBuffer: 2 ** 26 });
   const mit = readFileSync(join(js, "decoder/dist/LICENSE.meshoptimizer"), "utf8").trim();
   assert.match(mit, /^MIT License[^]*Copyright \(c\)[^]*The above copyright notice and this permission notice/);
   const draco = /\/\*![^*]*Draco[^*]*Copyright[^*]*The Draco Authors[^*]*Apache License, Version 2.0/;
+  const musl =
+    /\/\*![^*]*musl[^*]*Copyright © 2005[^*]*Rich Felker[^*]*The above copyright notice and this permission notice/;
   for (const [name, path, contains] of [
     ["decoder", "draco.wasm.js", ["draco"]],
     ["decoder", "fast.wasm.js", ["meshoptimizer"]],
     ["decoder", "fast_simd.wasm.js", ["meshoptimizer"]],
-    ["decoder", "core.wasm.js", []],
-    ["player", "fvv-player.min.js", ["draco", "meshoptimizer"]],
+    ["decoder", "core.wasm.js", ["musl"]],
+    ["player", "fvv-player.min.js", ["draco", "meshoptimizer", "musl"]],
   ]) {
     const text = fileOf(name, path);
     assert.equal(draco.test(text), contains.includes("draco"), `${name}: ${path}: Draco`);
+    assert.equal(musl.test(text), contains.includes("musl"), `${name}: ${path}: musl`);
     assert.equal(text.includes(mit), contains.includes("meshoptimizer"), `${name}: ${path}: meshoptimizer`);
   }
-  for (const library of ["draco", "meshoptimizer"]) assert.ok(fileOf("decoder", `LICENSE.${library}`).length > 1000);
+  for (const library of ["draco", "meshoptimizer", "musl"])
+    assert.ok(fileOf("decoder", `LICENSE.${library}`).length > 1000);
 });
 
 test("the lock file names no host, and has what the manifests ask for", () => {
