@@ -1,6 +1,7 @@
-/* For tests, by LD_PRELOAD: FAULT=CALL:N:ERRNO makes the N-th call fail, FAULT=CALL:N+:ERRNO that and all
-   later ones. Calls: open, write, fsync, rename, close, mkdir. NOEXCHANGE=1: no file system knows
-   RENAME_EXCHANGE, as on NFS. FAULT_LOG=FILE: gets a byte for each fault. */
+/* For tests, by LD_PRELOAD, of programs with 64-bit offsets in either way, and of Python: FAULT=CALL:N:ERRNO
+   makes the N-th call fail, FAULT=CALL:N+:ERRNO that and all later ones. Calls: open, write, fsync, rename,
+   close, mkdir, link. NOEXCHANGE=1: no file system knows RENAME_EXCHANGE, as on NFS. FAULT_LOG=FILE: gets a
+   byte for each fault. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -46,13 +47,38 @@ static int writes(int flags) {
   return (flags & O_ACCMODE) != O_RDONLY;
 }
 
+/* The mode is there when a file may be made. */
+#define READ_MODE(flags, mode)                                                                               \
+  mode_t mode = 0;                                                                                           \
+  if ((flags) & (O_CREAT | O_TMPFILE)) {                                                                     \
+    va_list list;                                                                                            \
+    va_start(list, flags);                                                                                   \
+    mode = va_arg(list, mode_t);                                                                             \
+    va_end(list);                                                                                            \
+  }
+
 int open(const char *path, int flags, ...) {
   REAL(open);
-  va_list list;
-  va_start(list, flags);
-  const mode_t mode = flags & O_CREAT ? va_arg(list, mode_t) : 0;
-  va_end(list);
+  READ_MODE(flags, mode)
   return writes(flags) && fails("open") ? -1 : real(path, flags, mode);
+}
+
+int open64(const char *path, int flags, ...) {
+  REAL(open64);
+  READ_MODE(flags, mode)
+  return writes(flags) && fails("open") ? -1 : real(path, flags, mode);
+}
+
+int openat(int folder, const char *path, int flags, ...) {
+  REAL(openat);
+  READ_MODE(flags, mode)
+  return writes(flags) && fails("open") ? -1 : real(folder, path, flags, mode);
+}
+
+int openat64(int folder, const char *path, int flags, ...) {
+  REAL(openat64);
+  READ_MODE(flags, mode)
+  return writes(flags) && fails("open") ? -1 : real(folder, path, flags, mode);
 }
 
 ssize_t write(int descriptor, const void *bytes, size_t size) {
@@ -83,6 +109,17 @@ int close(int descriptor) {
 int mkdir(const char *path, mode_t mode) {
   REAL(mkdir);
   return fails("mkdir") ? -1 : real(path, mode);
+}
+
+int renameat(int from_folder, const char *from, int to_folder, const char *to) {
+  REAL(renameat);
+  return fails("rename") ? -1 : real(from_folder, from, to_folder, to);
+}
+
+/* A name for what has one is another way to give an output its own. */
+int link(const char *from, const char *to) {
+  REAL(link);
+  return fails("link") ? -1 : real(from, to);
 }
 
 int rename(const char *from, const char *to) {

@@ -1,8 +1,11 @@
 """Each call of open, write, fsync, rename, close and mkdir of all tools that write fails once: nothing is lost."""
 
 import collections
+import errno
+import os
 import pathlib
 import shutil
+import subprocess
 import sys
 
 import pytest
@@ -14,12 +17,13 @@ MOST = 400  # calls of a kind in one run; more would be a tool that writes byte 
 figures = collections.Counter()
 
 
-def inject(command, work, call_name, number, exchange):  # noqa: F811
+def inject(command, work, call_name, number, exchange, run=call):  # noqa: F811
     """Whether the run has that many calls; what it leaves is counted and removed."""
     log = work.parent / "log"
     log.unlink(missing_ok=True)
     before = whole(work)
-    done = call(command, work, env=fault(call_name, number, FAULT_LOG=str(log), **exchange))
+    code = CALLS.get(call_name, errno.EPERM)
+    done = run(command, work, env=fault(call_name, number, code, FAULT_LOG=str(log), **exchange))
     if not log.exists():
         assert done.returncode in (0, 3), done.stderr
         return False
@@ -50,3 +54,46 @@ def test_every_call_fails_once(name, exchange, work, capsys):  # noqa: F811
     with capsys.disabled():
         print(f"\n{name}: faults.injected {figures['injected']}, faults.lost {figures['lost']}")
     assert figures["injected"] and not figures["lost"]
+
+
+# Two outputs at once, and a writer.
+PYTHON = {
+    "mux": "fvv.mux(None, 'out.fvv', meshes='cap/meshes/####.obj', fps=25, write_capture='out.json', force=True, threads=1)",
+    "writer": "with fvv.Writer('out.fvv', rate=25, force=True, threads=1) as writer:\n"
+    "  for i in range(2): writer.add(([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, i + 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))",
+}
+PACKAGE = pathlib.Path(os.environ.get("FVV_TOOLS_DIR", "/nowhere")).parent / "bindings/python"
+
+
+def call_python(text, work, env=None):  # noqa: F811
+    guarded = "\n".join(f"  {line}" for line in text.splitlines())
+    script = (
+        f"import sys, fvv\ntry:\n{guarded}\nexcept (fvv.Error, OSError) as error:\n  sys.exit(str(error))"
+    )
+    env = (os.environ if env is None else env) | {"PYTHONPATH": str(PACKAGE), "PYTHONDONTWRITEBYTECODE": "1"}
+    words = [sys.executable, "-W", "ignore", "-c", script]
+    return subprocess.run(words, cwd=work, capture_output=True, text=True, timeout=60, env=env)
+
+
+@needs_faults
+@pytest.mark.skipif(
+    not list(PACKAGE.glob("fvv/_core*")), reason="skipped: the Python package is not built beside the tools"
+)
+@pytest.mark.parametrize("name", PYTHON)
+def test_every_call_of_python_fails_once(name, work, capsys):  # noqa: F811
+    """os.link too, by which a file that comes meanwhile is not replaced; without it files are renamed."""
+    text = PYTHON[name]
+    done = call_python(text, work)
+    assert done.returncode == 0, done.stderr
+    found = collections.Counter()
+    for call_name in [*CALLS, "link"]:
+        number = 1
+        while number < MOST and inject(text, work, call_name, number, {}, call_python):
+            number += 1
+        found[call_name] = number - 1
+    with capsys.disabled():
+        print(
+            f"\npython {name}: {dict(found)}; faults.injected {figures['injected']}, faults.lost {figures['lost']}"
+        )
+    assert all(found[call_name] for call_name in ("open", "write", "fsync", "close", "rename", "link"))
+    assert not figures["lost"]
