@@ -149,7 +149,7 @@ test("a file that does not match the manifest: damage, a gap, and nothing of it 
 });
 
 for (const rungs of [false, true])
-  test(`a folder that is replaced${rungs ? ", with a ladder," : ""} is read anew, once`, async () => {
+  test(`a folder that is replaced${rungs ? ", with a ladder," : ""} is opened again, once`, async () => {
     const [former, latter] = rungs ? ["ladder", "ladder-other"] : ["moving", "other"];
     const take = (name) => {
       for (const entry of readdirSync(join(folder, name), { recursive: true }))

@@ -185,7 +185,7 @@ export class SegmentSource extends SectionSource {
       return false; // it is missing, too
     }
   }
-  /** A file of a folder that was replaced is not lost: the folder is read anew. */
+  /** A file of a folder that was replaced is not lost: the folder is opened again. */
   async *#lossOf(error, signal) {
     if (!isTransient(error) && (await this.#isReplaced(signal)))
       throw new FvvError({ code: "changed", message: `${this.#url} changed while it was read (${error.message})` });
