@@ -18,7 +18,7 @@ set(FVV_TEST_TOOLS fvvcompare fvvdemux fvvimport fvvinfo fvvmux fvvrecover fvvre
 set(FVV_CORE_FOLDERS base container mesh calibration visibility video environment stream)
 
 # Entries that are not of cost "area", by name: regular expressions. The first list with one that matches counts.
-set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_time" "js: vite dev" "js: chaos: .*" "js: firefox: .*" "js: player: endurance" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
+set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_time" "js: vite dev" "js: (player: )?chaos: .*" "js: firefox: .*" "js: player: endurance" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
   "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
 set(FVV_WHOLE_TESTS "cli: (faults|max_memory|nesting|style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
