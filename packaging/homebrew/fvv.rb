@@ -16,6 +16,7 @@ class Fvv < Formula
   depends_on "ffmpeg"
   depends_on "jpeg-turbo"
   depends_on "libpng"
+  depends_on "eigen"
   depends_on "meshoptimizer"
   depends_on "openexr"
   depends_on "tomlplusplus"

@@ -39,6 +39,7 @@ const guide = [
 
 const encoding = [
   page("Error budget", "/encoding/budget"),
+  page("Tracking", "/encoding/tracking"),
   page("Tiles", "/encoding/tiles"),
   page("Visibility", "/encoding/visibility"),
   page("Colours of vertices", "/encoding/colours"),

@@ -132,10 +132,10 @@ Decimated as_it_is(const geometry::Mesh &source) {
   return out;
 }
 
-// Measures a mesh, rounded to the lattice, and fills the report except what the caller fills (target_error,
-// locked_faces, dropped) and what takes time (vanished). outliers: empty.
-Report look_at(const Reference &reference, const geometry::Mesh &mesh, const Budget &budget,
-               Outliers &outliers) {
+} // namespace
+
+Report measure_on_lattice(const Reference &reference, const geometry::Mesh &mesh, const Budget &budget,
+                          Outliers &outliers) {
   const std::vector<uint32_t> lasting = lasting_faces(mesh, budget.lattice);
   const geometry::Mesh on_lattice = rounded(mesh, budget.lattice, lasting);
   Report report;
@@ -153,6 +153,8 @@ Report look_at(const Reference &reference, const geometry::Mesh &mesh, const Bud
   report.thin_area = outliers.area;
   return report;
 }
+
+namespace {
 
 // Pieces of the source that the mesh, rounded to the lattice, does not contain. vertices: the vertex of the
 // source for each vertex of mesh.
@@ -272,7 +274,7 @@ private:
               const std::vector<bool> &locked, Outliers &outliers) const {
     fit(out.mesh, surface, source, fixed_by(locked, out.vertices),
         target.error > 0 ? target.error : INFINITY);
-    out.report = look_at(reference, out.mesh, budget, outliers);
+    out.report = measure_on_lattice(reference, out.mesh, budget, outliers);
     out.report.target_error = target.error;
     out.report.locked_faces = size_t(std::count(locked.begin(), locked.end(), true));
   }
@@ -342,7 +344,7 @@ std::optional<Decimated> by_proxy(const geometry::Mesh &source, const Footprint 
   if (!out) return {};
   for (uint32_t &v : out->vertices) v = proxy->vertices[v];
   Outliers unused;
-  Report report = look_at(Reference(source, footprint), out->mesh, budget, unused);
+  Report report = measure_on_lattice(Reference(source, footprint), out->mesh, budget, unused);
   report.target_error = out->report.target_error;
   report.locked_faces = out->report.locked_faces;
   out->report = report;
@@ -478,7 +480,7 @@ bool TopologyRun::try_faces(const Frames &frames, const Budget &budget, const Re
     if (!sound(mesh)) return false;
     outliers = {}; // those of frames before this one were mapped already, and were within the limit
     Report &report = reports[i];
-    report = look_at(Reference(source, frames.footprint(i), &like), mesh, budget, outliers);
+    report = measure_on_lattice(Reference(source, frames.footprint(i), &like), mesh, budget, outliers);
     report.vanished = vanished(source, mesh, vertices, budget);
     worst = report.error.rms_pixels;
     if (budget.triangles) continue;

@@ -70,7 +70,13 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
 
 MeshLoader::MeshLoader(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiles)
     : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups),
-      has_constant_topology(plan.has_constant_topology), normals(plan.normals.bits != 0) {}
+      has_constant_topology(plan.has_constant_topology), normals(plan.normals.bits != 0),
+      track(plan.tracking.on ? plan.options.track : Track::never), observer(plan.observer) {}
+
+MeshLoader::MeshLoader(const MeshLoader &other, Track other_track)
+    : capture(other.capture), tiling(other.tiling), choice(other.choice), spans(other.spans),
+      has_constant_topology(other.has_constant_topology), normals(other.normals), track(other_track),
+      observer(other.observer) {}
 
 void MeshLoader::extend(const Plan &plan) {
   capture.frames = plan.capture.frames;
@@ -140,16 +146,77 @@ void MeshLoader::find_runs(Group &group, size_t first, size_t count) const {
   add_run(group, first, begin, std::move(orders));
 }
 
+size_t MeshLoader::group_index(size_t i) const {
+  const auto after = std::upper_bound(spans.begin(), spans.end(), i,
+                                      [](size_t frame, const GroupSpan &span) { return frame < span.first; });
+  return size_t(after - spans.begin()) - 1;
+}
+
+void MeshLoader::track_frames(Group &group, size_t first, size_t count) const {
+  track::Settings settings;
+  settings.budget = choice.budget;
+  settings.target_error = choice.target_error;
+  settings.most_beyond = track == Track::always ? 1 : 0;
+  settings.check_cancelled = [this] { observer.check_cancelled(); };
+  for (size_t begin = first, last = first + count; begin < last; begin++) {
+    size_t end = begin; // frames with a mesh, after each other
+    while (end < last && capture.has_mesh(capture.frames.number(int64_t(end)))) end++;
+    const decimate::Frames frames = {end - begin, [&](size_t i) { return source(begin + i); },
+                                     [&](size_t i) { return cameras(begin + i); }};
+    for (track::Run &run : track::track(frames, settings)) {
+      run.first += begin;
+      run.key += begin;
+      group.tracked.push_back(std::move(run));
+    }
+    begin = end;
+  }
+}
+
+std::shared_ptr<MeshLoader::Group> MeshLoader::known_group(size_t i) const {
+  const size_t index = group_index(i);
+  const std::shared_ptr<Group> group = group_at(index);
+  std::call_once(group->known, [&] {
+    find_runs(*group, spans[index].first, spans[index].count);
+    const bool changes = group->runs.empty(); // of constant topology nothing needs to be tracked
+    if (track != Track::never && choice.on && changes)
+      track_frames(*group, spans[index].first, spans[index].count);
+  });
+  return group;
+}
+
+namespace {
+
+auto run_with(std::vector<track::Run> &runs, size_t i) {
+  return std::find_if(runs.begin(), runs.end(), [i](const track::Run &run) {
+    return run.first <= i && i < run.first + run.frames.size();
+  });
+}
+
+} // namespace
+
+bool MeshLoader::is_tracked(size_t i) const {
+  if (track == Track::never || !choice.on) return false;
+  const std::shared_ptr<Group> group = known_group(i);
+  return run_with(group->tracked, i) != group->tracked.end();
+}
+
+void MeshLoader::leave_untracked(size_t i) {
+  const std::shared_ptr<Group> group = known_group(i);
+  const auto run = run_with(group->tracked, i);
+  if (run != group->tracked.end()) group->tracked.erase(run);
+}
+
 geometry::Mesh MeshLoader::load(size_t i, scene::MeshReport *report,
                                 std::optional<decimate::Report> &decimation) const {
   geometry::Mesh mesh = source(i, report);
   if (!choice.on) return mesh;
-  const auto after = std::upper_bound(spans.begin(), spans.end(), i,
-                                      [](size_t frame, const GroupSpan &span) { return frame < span.first; });
-  const size_t index = size_t(after - spans.begin()) - 1, first = spans[index].first;
-  const std::shared_ptr<Group> group = group_at(index);
-  std::call_once(group->known, [&] { find_runs(*group, first, spans[index].count); });
-  const size_t of = group->run_of[i - first];
+  const std::shared_ptr<Group> group = known_group(i);
+  if (const auto run = run_with(group->tracked, i); run != group->tracked.end()) {
+    const track::Frame &frame = run->frames[i - run->first];
+    decimation = frame.report;
+    return frame.mesh;
+  }
+  const size_t of = group->run_of[i - spans[group_index(i)].first];
   decimate::Decimated out;
   if (of == SIZE_MAX) {
     out = decimate::decimate(mesh, cameras(i), choice.budget, choice.target_error);
@@ -380,6 +447,25 @@ void canonicalise(const Plan &plan, size_t i, const PreparedMesh &source, fvv_me
 
 namespace {
 
+size_t bytes_of(const std::vector<MeshFrame> &frames) {
+  size_t bytes = 0;
+  for (const MeshFrame &frame : frames) bytes += frame.payload.size();
+  return bytes;
+}
+
+// Whether frames that were tracked take fewer bytes than key frames of their own. If not, they are left as
+// they are.
+bool saves(const Plan &plan, const MeshTrack &track, size_t first, const std::vector<MeshFrame> &coded) {
+  MeshTrack own = track;
+  own.loader = std::make_shared<MeshLoader>(*track.loader, Track::never);
+  std::vector<MeshFrame> keys;
+  for (size_t i = 0; i < coded.size(); i++)
+    keys.push_back(encode_alone(plan, first + i, prepare_mesh(plan, own, first + i)));
+  if (bytes_of(coded) < bytes_of(keys)) return true;
+  track.loader->leave_untracked(first);
+  return false;
+}
+
 std::vector<MeshFrame> encode_in_turn(const Plan &plan, const MeshTrack &track, size_t first, size_t count) {
   std::vector<MeshFrame> frames;
   std::optional<PreparedMesh> next; // of the frame behind those in frames, when it was looked at already
@@ -397,6 +483,11 @@ std::vector<MeshFrame> encode_in_turn(const Plan &plan, const MeshTrack &track, 
     }
     std::vector<MeshFrame> coded = run.encode();
     if (coded.size() < run.size()) next.reset();
+    if (plan.options.track == Track::automatic && track.loader->is_tracked(begin) &&
+        !saves(plan, track, begin, coded)) {
+      next.reset();
+      continue;
+    }
     std::move(coded.begin(), coded.end(), std::back_inserter(frames));
   }
   return frames;

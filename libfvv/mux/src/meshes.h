@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fvv/mesh.h"
+#include "fvv_geometry/track.h"
 #include "fvv_scene/capture.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/plan.h"
@@ -64,9 +65,17 @@ public:
   // plan: what it says of capture and meshes is chosen. tiling: of the cameras.
   MeshLoader(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiling);
 
+  // The same meshes with another rule of tracking.
+  MeshLoader(const MeshLoader &other, Track track);
+
   // Loads frame i (counted from 0). report may be NULL; decimation is filled when the choice is to decimate.
   // Several threads may call it. Throws Error.
   geometry::Mesh load(size_t i, scene::MeshReport *report, std::optional<decimate::Report> &decimation) const;
+
+  // Whether frame i is part of a run that was tracked, which begins with it or before it.
+  bool is_tracked(size_t i) const;
+  // The run of tracked frames with frame i is left as it is in the files.
+  void leave_untracked(size_t i);
 
   // Takes over the frames, groups and calibrations of the plan. Not while other threads call load().
   void extend(const Plan &plan);
@@ -84,8 +93,12 @@ private:
     std::once_flag known;
     std::vector<DecimatedRun> runs;
     std::vector<size_t> run_of; // for each frame of the group; SIZE_MAX: none
+    std::vector<track::Run> tracked;
   };
   std::shared_ptr<Group> group_at(size_t index) const;
+  size_t group_index(size_t i) const;
+  std::shared_ptr<Group> known_group(size_t i) const; // of a frame
+  void track_frames(Group &group, size_t first, size_t count) const;
   void find_runs(Group &group, size_t first, size_t count) const;
   void add_run(Group &group, size_t group_first, size_t first,
                std::vector<std::vector<uint32_t>> orders) const;
@@ -97,7 +110,9 @@ private:
   const DecimationChoice choice;
   std::vector<GroupSpan> spans;
   const bool has_constant_topology, normals; // without it no runs are searched; reads normals
-  mutable std::mutex mutex;                  // of groups
+  const Track track;
+  const Observer observer;
+  mutable std::mutex mutex; // of groups
   mutable std::map<size_t, std::shared_ptr<Group>> groups;
 };
 

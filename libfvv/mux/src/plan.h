@@ -53,6 +53,12 @@ struct DecimationChoice {
   std::string reason;
 };
 
+// Whether meshes of changing connectivity are followed.
+struct TrackChoice {
+  bool on = false;
+  std::string reason; // empty: Options::track is never
+};
+
 struct NormalChoice {
   uint32_t bits = 0; // of a normal index; 0: none is sent
   std::string reason;
@@ -217,6 +223,7 @@ struct Plan {
   std::vector<BadFrame> bad; // by rising number
   // Some frames have the faces of the one before: groups may have delta frames.
   bool has_constant_topology = false;
+  TrackChoice tracking;
   ErrorBudget error;
   LatticeChoice lattice;
   std::vector<MeshTrack> meshes; // if there are some: of the first rung, and of lower ones in order

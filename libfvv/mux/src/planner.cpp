@@ -276,16 +276,24 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   }
   const SampledScene scene(plan.capture, std::move(sampled), cameras);
   const double shared = options.delta && plan.has_meshes() ? scene.constant_topology_fraction() : 0;
-  plan.has_constant_topology = shared > 0;
-  plan.error = choose_budget(options, scene);
-  plan.lattice = choose_lattice(options, scene, plan.error, plan.has_constant_topology,
-                                std::min(shared / (1 - shared), plan.group_size - 1.0));
-  plan.warned = warn_of_lattice(plan) || plan.warned;
   plan.normals = choose_normals(options, scene);
+  plan.tracking = choose_tracking(options, scene, plan.normals, shared);
+  plan.has_constant_topology = shared > 0 || plan.tracking.on;
+  plan.error = choose_budget(options, scene);
+  // How long runs of tracked frames become is not known here; a finer lattice must not cost keys bytes
+  // where nothing can be followed.
+  const double followed = plan.tracking.on && options.track == Track::always ? 0.5 : 0,
+               in_runs = std::max(shared, followed);
+  plan.lattice = choose_lattice(options, scene, plan.error, plan.has_constant_topology,
+                                std::min(in_runs / (1 - in_runs), plan.group_size - 1.0));
+  plan.warned = warn_of_lattice(plan) || plan.warned;
   if (plan.has_meshes()) {
     MeshTrack track;
     track.lattice = plan.lattice;
     track.decimation = choose_decimation(options, scene, plan.error, plan.lattice, plan.normals);
+    if (plan.tracking.on && !track.decimation.on)
+      plan.tracking = {false, "meshes are not decimated: " + track.decimation.reason};
+    plan.warned = warn_of_tracking(plan) || plan.warned;
     track.loader = std::make_shared<MeshLoader>(plan, track.decimation, cameras);
     track.id = mesh_track;
     track.visibility = visibility_track;

@@ -131,6 +131,11 @@ struct Report {
   bool kept = false; // the budget cannot be met with fewer faces: the unchanged source
 };
 
+// Measures a mesh, rounded to the budget's lattice, and fills the report but for target_error, locked_faces,
+// vanished and what was dropped. outliers: empty; receives what is beyond max_over_rms.
+Report measure_on_lattice(const Reference &reference, const geometry::Mesh &mesh, const Budget &budget,
+                          Outliers &outliers);
+
 struct Decimated {
   geometry::Mesh mesh;            // not yet rounded; vertices in the order of the source
   std::vector<uint32_t> vertices; // of the source, from which each came

@@ -104,6 +104,10 @@ enum class MatchColours { automatic, on, off };
 // Meshes of their own for lower rungs. automatic: where they save enough of the rung's bytes.
 enum class MeshLadder { automatic, on, off };
 
+// Meshes whose connectivity changes as runs of one connectivity. automatic: where all of a frame stays within
+// the budget and that takes fewer bytes; always: wherever the rms of a frame does.
+enum class Track { automatic, never, always };
+
 struct Options {
   std::string capture;  // capture.json or its folder, or, with inputs, as scene::load_capture has it
   scene::Inputs inputs; // in place of a capture.json
@@ -125,7 +129,8 @@ struct Options {
   uint32_t group = 0;                // frames; 0: one second
   int mesh_level = 9;                // of Draco: a twentieth smaller than 7 and a third slower to decode
   uint8_t mesh_profile = FVV_MESH_DRACO;
-  bool delta = true; // frames that share their faces with the one before as motion
+  bool delta = true;          // frames that share their faces with the one before as motion
+  Track track = Track::never; // docs/encoding/tracking.md
   Normals normals = Normals::automatic;
   std::optional<Winding> winding; // else keep, with a warning where it is wrong
   uint32_t min_component = 0;

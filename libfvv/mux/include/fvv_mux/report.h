@@ -160,6 +160,12 @@ struct BudgetReport {
   bool in_pixels() const { return std::isfinite(pixel) && !is_length; }
 };
 
+// Whether Options::track has an effect.
+struct TrackingReport {
+  bool on = false;
+  std::string reason;
+};
+
 struct WindingReport {
   bool flipped = false;    // faces run the other way round than in the files
   bool by_cameras = false; // else by the volume that meshes enclose
@@ -321,8 +327,9 @@ struct Report : MeshSums {
   BudgetReport budget;
   WindingReport winding;
   NormalsReport normals;
-  uint32_t texture_bits = 0; // 0: meshes without texture coordinates
-  size_t empty_frames = 0;   // at which the stage is empty
+  std::optional<TrackingReport> tracking; // none: Options::track is never
+  uint32_t texture_bits = 0;              // 0: meshes without texture coordinates
+  size_t empty_frames = 0;                // at which the stage is empty
   std::vector<LowerMeshes> lower_meshes;
   std::string shares_meshes; // why no lower rung may have meshes of its own
 

@@ -219,6 +219,23 @@ DecimationChoice choose_decimation(const Options &options, const SampledScene &s
   return choice;
 }
 
+TrackChoice choose_tracking(const Options &options, const SampledScene &scene, const NormalChoice &normals,
+                            double constant_topology) {
+  if (options.track == Track::never || !scene.of().meshes) return {};
+  if (!scene.first().mesh.texture.empty() || scene.of().atlas)
+    return {false, "meshes have texture coordinates, which tracking does not move"};
+  if (normals.bits) return {false, "normals are sent, which tracking does not turn"};
+  if (constant_topology >= 1) return {false, "the frames share their faces as they are"};
+  return {true, "as " + option_name("track") + " says"};
+}
+
+bool warn_of_tracking(const Plan &plan) {
+  if (plan.options.track != Track::always || plan.tracking.on || plan.has_constant_topology) return false;
+  plan.observer.warn(plan.capture.path + ": no frame is tracked, as " + option_name("track", "always") +
+                     " wants: " + plan.tracking.reason);
+  return true;
+}
+
 std::string budget_text(const Plan &plan, double times) {
   const double value = times * plan.error.value;
   return plan.error.is_length ? length_text(plan, value) : fvv::format("%g px", value);

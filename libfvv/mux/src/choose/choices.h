@@ -23,6 +23,12 @@ void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool has_const
 // Warns when the lattice was given and errs by more than a budget that was given too. Returns whether it did.
 bool warn_of_lattice(const Plan &plan);
 
+// constant_topology: SampledScene::constant_topology_fraction().
+TrackChoice choose_tracking(const Options &options, const SampledScene &scene, const NormalChoice &normals,
+                            double constant_topology);
+// Warns where everything stays a key frame though tracking was demanded.
+bool warn_of_tracking(const Plan &plan);
+
 // By the options, for a lattice that is chosen. Decimates three frames on trial.
 DecimationChoice choose_decimation(const Options &options, const SampledScene &scene,
                                    const ErrorBudget &error, const LatticeChoice &lattice,

@@ -335,6 +335,17 @@ std::vector<Option> mesh_options() {
           .number<&Options::texture_bits>(1, FVV_TEXTURE_BITS_MAX, std::optional(0)),
       Row("no-delta", "", "every mesh a key frame, also where the faces are those of the frame before")
           .flag<&Options::delta>(false),
+      Row("track", "WHEN",
+          "follow surfaces whose faces change in every frame, and send runs of frames as motion: auto (where "
+          "every place stays within `max-error` and that takes fewer bytes), always (where the rms does, "
+          "with "
+          "a warning for places that do not and frames that stay key frames) or never, the default: it takes "
+          "about a second a frame (docs/encoding/tracking.md)")
+          .words<&Options::track, Track>(
+              {{"auto", Track::automatic}, {"never", Track::never}, {"always", Track::always}})
+          .excludes("keep-geometry")
+          .excludes("triangles")
+          .excludes("no-delta"),
       Row("min-component", "N", "drop connected pieces with fewer faces")
           .number<&Options::min_component>(0, 1000000000),
   };

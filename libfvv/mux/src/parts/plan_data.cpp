@@ -186,13 +186,18 @@ struct Fields {
     auto &[rates, sizes] = v;
     a(rates, sizes);
   }
+  template <class A> static void of(A &a, TrackChoice &v) {
+    auto &[on, reason] = v;
+    a(on, reason);
+  }
   // Of the capture, what files say; sources are for a summary alone.
   template <class A> static void of(A &a, Plan &v) {
-    auto &[options, observer, capture, group_size, groups, bad, has_constant_topology, error, lattice, meshes,
-           shares_meshes, normals, winding, texture_bits, tracks, videos, sources, mask_rules, warned, crop,
-           whole, visibility, match, inset, colours, undistortion, environment, sounds, frame_limit] = v;
-    a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, error, lattice,
-      meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, warned, crop, whole,
+    auto &[options, observer, capture, group_size, groups, bad, has_constant_topology, tracking, error,
+           lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,
+           mask_rules, warned, crop, whole, visibility, match, inset, colours, undistortion, environment,
+           sounds, frame_limit] = v;
+    a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, tracking, error,
+      lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, warned, crop, whole,
       visibility, match, inset, colours, environment, sounds, frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {

@@ -181,6 +181,7 @@ void report_meshes(Report &out, const Plan &plan, const Decisions &decisions, co
   out.lattice.pixels = lattice.pixels;
   out.lattice.delta_error = lattice.delta_error;
   out.normals = {plan.normals.bits, plan.normals.reason};
+  if (!plan.tracking.reason.empty()) out.tracking = TrackingReport{plan.tracking.on, plan.tracking.reason};
   out.texture_bits = plan.texture_bits;
   out.has_constant_topology = plan.has_constant_topology;
   out.shares_meshes = plan.shares_meshes;

@@ -190,6 +190,9 @@ void mesh_lines(std::string &out, const Report &r) {
   line(out, "  normals   %s: %s",
        r.normals.bits ? ("sent with " + std::to_string(r.normals.bits) + " bits").c_str() : "not sent",
        r.normals.reason.c_str());
+  if (r.tracking)
+    line(out, "  tracked   %s: %s", r.tracking->on ? "where the budget allows" : "no frame",
+         r.tracking->reason.c_str());
   if (r.delta.chunks)
     line(out, "  frames    %llu key, %.2f kB each; %llu delta, %.2f kB each, off by %u steps at most",
          (unsigned long long)(r.mesh.chunks - r.delta.chunks),

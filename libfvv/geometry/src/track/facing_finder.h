@@ -1,0 +1,28 @@
+// Nearest points of a surface among those that face a direction: of two limbs side by side each finds itself.
+#pragma once
+
+#include "fvv_render/triangle_tree.h"
+
+#include <array>
+#include <vector>
+
+namespace fvv::track {
+
+class FacingFinder {
+public:
+  explicit FacingFinder(const std::vector<render::TriangleTree::Triangle> &triangles);
+
+  // Of the triangles whose normals are less than 70 degrees from the axis that is nearest to a direction;
+  // none where there are none. face: index in triangles. guess: as ClosestFinder has it, of the last result.
+  render::ClosestPoint nearest(render::Vec3 from, render::Vec3 direction, uint32_t guess = UINT32_MAX) const;
+
+private:
+  struct Side {
+    std::vector<uint32_t> faces;
+    std::vector<render::ClosestFinder> finder; // one
+  };
+  std::array<Side, 6> sides;        // +x, -x, +y, ...
+  std::vector<uint32_t> numbers[6]; // of each triangle on a side; UINT32_MAX: not there
+};
+
+} // namespace fvv::track

@@ -1,0 +1,149 @@
+// Following surfaces of which every frame has other faces.
+#include "decimate_fixture.h"
+
+#include "fvv_cxx/error.h"
+#include "fvv_geometry/marching_cubes.h"
+#include "fvv_geometry/track.h"
+
+#include <algorithm>
+#include <functional>
+
+using namespace shapes;
+using render::Vec3;
+
+namespace {
+
+// A distance field as a surface: the grid moves by a part of a cell with every frame, so that no two frames
+// have the same faces.
+Mesh meshed(size_t frame, const std::function<double(Vec3)> &field, double cell = 0.04) {
+  const double shift = 0.37 * cell * double(frame);
+  const hull::Grid grid = hull::grid_over({-1 - shift, -1, -1}, {1, 1, 1}, cell);
+  std::vector<double> value;
+  for (size_t i = 0; i < grid.points(); i++) {
+    const std::array<size_t, 3> place = grid.place(i);
+    value.push_back(field(grid.point(double(place[0]), double(place[1]), double(place[2]))));
+  }
+  const hull::Surface surface = hull::march(grid, value, [&](size_t point, int axis) {
+    return hull::interpolated_crossing(grid, value, point, axis);
+  });
+  Mesh mesh;
+  for (const Vec3 &p : surface.vertices) mesh.positions.insert(mesh.positions.end(), {p.x, p.y, p.z});
+  mesh.faces = surface.faces;
+  return mesh;
+}
+
+double capsule(Vec3 p, Vec3 from, Vec3 to, double radius) {
+  const double along = std::clamp(dot(p - from, to - from) / dot(to - from, to - from), 0.0, 1.0);
+  return length(p - from - (to - from) * along) - radius;
+}
+
+// A capsule that sways, and grows thicker.
+Mesh swaying(size_t frame) {
+  const double t = double(frame);
+  return meshed(frame, [&](Vec3 p) {
+    return capsule(p, {0, 0, -0.4}, {0.06 * t, 0.03 * t, 0.4}, 0.25 + 0.01 * t);
+  });
+}
+
+decimate::Frames frames_of(size_t count, const std::function<Mesh(size_t)> &mesh) {
+  return {count, mesh, [](size_t) { return decimate::Footprint::uniform(1); }};
+}
+
+track::Settings within(double rms) {
+  track::Settings settings;
+  settings.budget = budget(rms, rms / 4);
+  settings.target_error = 4 * rms;
+  return settings;
+}
+
+} // namespace
+
+TEST_CASE("a capsule whose faces change in every frame becomes one run within the budget") {
+  const decimate::Frames frames = frames_of(6, swaying);
+  CHECK(frames.mesh(0).faces != frames.mesh(1).faces);
+  const track::Settings settings = within(0.004);
+  const std::vector<track::Run> runs = track::track(frames, settings);
+  REQUIRE(runs.size() == 1);
+  CHECK(runs[0].first == 0);
+  REQUIRE(runs[0].frames.size() == 6);
+  for (size_t i = 0; i < 6; i++) {
+    const track::Frame &frame = runs[0].frames[i];
+    CHECK(frame.mesh.faces == runs[0].frames[0].mesh.faces);
+    const Mesh source = frames.mesh(i);
+    decimate::Outliers outliers;
+    const decimate::Report report = decimate::measure_on_lattice(
+        decimate::Reference(source, frames.footprint(i)), frame.mesh, settings.budget, outliers);
+    CHECK(report.error.rms_pixels == frame.report.error.rms_pixels);
+    CHECK(report.error.rms_pixels <= settings.budget.pixels);
+    CHECK(report.thin_area == 0);
+  }
+}
+
+TEST_CASE("the result is the same each time, and scales with the scene") {
+  const auto large = [](size_t i) {
+    Mesh mesh = swaying(i);
+    for (double &x : mesh.positions) x *= 1024;
+    return mesh;
+  };
+  const std::vector<track::Run> runs = track::track(frames_of(3, swaying), within(0.004));
+  const std::vector<track::Run> again = track::track(frames_of(3, swaying), within(0.004));
+  const std::vector<track::Run> scaled = track::track(frames_of(3, large), within(0.004 * 1024));
+  REQUIRE(runs.size() == 1);
+  REQUIRE(again.size() == 1);
+  REQUIRE(scaled.size() == 1);
+  REQUIRE(scaled[0].frames.size() == runs[0].frames.size());
+  for (size_t i = 0; i < runs[0].frames.size(); i++) {
+    CHECK(runs[0].frames[i].mesh.positions == again[0].frames[i].mesh.positions);
+    CHECK(scaled[0].frames[i].report.error.rms / 1024 ==
+          Approx(runs[0].frames[i].report.error.rms).epsilon(0.1));
+  }
+}
+
+TEST_CASE("two bodies that move apart are followed each on its own") {
+  const auto two = [](size_t frame) {
+    const double t = double(frame);
+    return meshed(frame, [&](Vec3 p) {
+      return std::min(capsule(p, {-0.4, 0, -0.4 - 0.03 * t}, {-0.4, 0, 0.3}, 0.2),
+                      capsule(p, {0.4, 0, -0.3 + 0.05 * t}, {0.4, 0.05 * t, 0.4}, 0.2));
+    });
+  };
+  const std::vector<track::Run> runs = track::track(frames_of(4, two), within(0.004));
+  REQUIRE(runs.size() == 1);
+  CHECK(runs[0].frames.size() == 4);
+}
+
+TEST_CASE("where two pieces become one the run ends, and another begins") {
+  // Two balls that come near to each other; from frame 3 on a bar connects them.
+  const auto joining = [](size_t frame) {
+    const double t = double(frame);
+    return meshed(frame, [&](Vec3 p) {
+      const Vec3 a = {-0.5 + 0.02 * t, 0, 0}, b = {0.5 - 0.02 * t, 0, 0};
+      const double balls =
+          std::min(capsule(p, a, a + Vec3{0, 0, 0.01}, 0.3), capsule(p, b, b + Vec3{0, 0, 0.01}, 0.3));
+      return frame < 3 ? balls : std::min(balls, capsule(p, a, b, 0.15));
+    });
+  };
+  const std::vector<track::Run> runs = track::track(frames_of(6, joining), within(0.003));
+  REQUIRE(runs.size() == 2);
+  CHECK(runs[0].first == 0);
+  CHECK(runs[0].frames.size() == 3);
+  CHECK(runs[1].first == 3);
+  CHECK(runs[1].frames.size() == 3);
+}
+
+TEST_CASE("frames without a surface are left out, and a run may be cancelled") {
+  const auto empty_at_two = [](size_t frame) { return frame == 2 ? Mesh{} : swaying(frame); };
+  const std::vector<track::Run> runs = track::track(frames_of(5, empty_at_two), within(0.004));
+  REQUIRE(runs.size() == 2);
+  CHECK(runs[0].first == 0);
+  CHECK(runs[0].frames.size() == 2);
+  CHECK(runs[1].first == 3);
+  CHECK(runs[1].frames.size() == 2);
+  track::Settings settings = within(0.004);
+  size_t calls = 0;
+  settings.check_cancelled = [&] {
+    if (++calls == 8) throw Error("cancelled", Error::cancelled);
+  };
+  CHECK_THROWS_AS(track::track(frames_of(4, swaying), settings), Error);
+  CHECK(calls == 8);
+}
