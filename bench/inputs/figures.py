@@ -21,7 +21,7 @@ MOST_PX = 1e-4
 
 
 def read_back(folder):
-    """(corners, colours in their middles, a function for the colours elsewhere) of the OBJ file and the picture that fvvdemux wrote."""
+    """(corners, colours) of the OBJ file and the picture that fvvdemux wrote."""
     points, places, own = [], [], []
     corners, at = [], []
     (path,) = (folder / "meshes").glob("*.obj")
@@ -41,20 +41,11 @@ def read_back(folder):
     corners = np.array(corners, int).reshape(-1, 3)
     picture = next((folder / "atlas").glob("*.png"), None) if (folder / "atlas").exists() else None
     if picture is None:
-        values = np.array(own, float).reshape(-1, 3)[corners]
-        shown = None
+        colours = np.array(own, float).reshape(-1, 3)[corners].mean(1)
     else:
-        values = np.array(places)[np.array(at)]
         with Image.open(picture) as opened:
-            shown = opened.convert("RGB")
-
-    def colours_at(faces, weights):
-        found = np.einsum("nc,ncd->nd", weights, values[faces])
-        return found if shown is None else reference.sampled(shown, found)
-
-    every = np.arange(len(corners))
-    middles = colours_at(every, np.full((len(corners), 3), 1 / 3))
-    return np.array(points).reshape(-1, 3)[corners], middles, colours_at
+            colours = reference.sampled(opened, np.array(places)[np.array(at)].mean(1))
+    return np.array(points).reshape(-1, 3)[corners], colours
 
 
 def through(build, path, work, extent):
@@ -103,7 +94,7 @@ def judge(build, path, truth, work):
     if found is None:
         return "refused", said.splitlines()[-1] if said else f"exit code {code}"
     text, pairs = compare.difference(truth, found, 1.5 * extent * ERROR_PART)
-    text = text or compare.colour_difference(truth, found, pairs, 1.5 * extent * ERROR_PART)
+    text = text or compare.colour_difference(truth, found, pairs)
     if text is None:
         return "equal", ""
     if code == 3:

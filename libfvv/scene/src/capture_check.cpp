@@ -429,11 +429,11 @@ Findings check_files(const Capture &capture, const PictureProbe &probe, const Vi
       for (const std::string &name : gltf::unknown_extensions(bytes, path))
         findings.warnings.push_back(path + ": uses " + quote(name) +
                                     ", which is not known here: what it changes is not shown");
-      if (capture.atlas && !capture.atlas->pictures && gltf::has_tinted_pictures(bytes, path))
+      if (capture.atlas && !capture.atlas->pictures && gltf::has_unlike_colours(bytes, path))
         findings.warnings.push_back(
-            path + ": colours of vertices or materials (COLOR_0, baseColorFactor), which its "
-                   "pictures are to be multiplied with, are not shown: bake them into the "
-                   "pictures");
+            path +
+            ": unlike colours of vertices (COLOR_0), which its pictures are to be multiplied with, are "
+            "not shown: bake them into the pictures");
     } catch (const Error &) {} // is among the problems
   }
   findings.warnings.insert(findings.warnings.begin(), capture.notes.begin(), capture.notes.end());

@@ -36,22 +36,26 @@ def ramp():
     return Image.fromarray(np.dstack([x * 4, y * 4, 128 + 0 * x]).astype(np.uint8))
 
 
-def glb(image, extension, colour=None, factor=None):
+def glb(image, extension, colour=None, factor=None, others=None, emitted=None):
     """A square whose texture has its picture by an extension alone, or as glTF itself has it.
 
-    colour: of a vertex, the others are white. factor: of its material.
+    colour: of a vertex, others: of the others, which are white without. factor: of its material. emitted: the factor
+    of a texture that is emitted, in place of a base colour.
     """
     numbers = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32).tobytes()
     pairs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32).tobytes()
     corners = np.array([0, 1, 2, 0, 2, 3], np.uint16).tobytes()
     binary, views = b"", []
-    colours = np.ones((4, 3), np.float32)
+    colours = np.ones((4, 3), np.float32) * np.float32(1 if others is None else others)
     colours[2] = 1 if colour is None else colour
     for data in (numbers, pairs, corners, image, colours.tobytes()):
         views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
         binary += data + b"\0" * (-len(data) % 4)
     texture = {"extensions": {extension: {"source": 0}}} if extension else {"source": 0}
     look = {"baseColorTexture": {"index": 0}} | ({"baseColorFactor": factor} if factor else {})
+    material = {"pbrMetallicRoughness": look}
+    if emitted:
+        material = {"emissiveTexture": {"index": 0}, "emissiveFactor": emitted}
     attributes = {"POSITION": 0, "TEXCOORD_0": 1} | ({"COLOR_0": 3} if colour is not None else {})
     document = {
         "asset": {"version": "2.0"},
@@ -73,7 +77,7 @@ def glb(image, extension, colour=None, factor=None):
         ],
         "images": [{"bufferView": 3, "mimeType": "image/webp"}],
         "textures": [texture],
-        "materials": [{"pbrMetallicRoughness": look}],
+        "materials": [material],
         "meshes": [{"primitives": [{"attributes": attributes, "indices": 2, "material": 0}]}],
         "nodes": [{"mesh": 0}],
         "scenes": [{"nodes": [0]}],
@@ -168,13 +172,49 @@ def test_pictures_and_masks_of_cameras_in_webp(place):
     assert (place / "webp.fvv").read_bytes() == (place / "png.fvv").read_bytes()
 
 
+def linear(levels):
+    part = np.asarray(levels) / 255
+    return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
+
+
+def display(light):
+    return 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
 @pytest.mark.parametrize(
-    ("colour", "factor", "warns"),
-    [(1, None, False), (0.2, None, True), (None, [1, 1, 1, 1], False), (None, [0.5, 1, 1, 1], True)],
+    ("colours", "factor"),
+    [
+        (1, None),
+        (None, [1, 1, 1, 1]),
+        (None, [0.5, 1, 0.25, 1]),
+        (0.2, None),
+        ([1, 0.5, 0], [0.5, 0.5, 1, 1]),
+    ],
 )
-def test_colours_that_a_texture_is_multiplied_with_are_a_warning(colour, factor, warns, place):
+def test_a_picture_is_multiplied_with_one_colour(colours, factor, place):
+    """As light: half of it is level 188 of 255."""
     ramp().save("t.png")
-    (place / "a.glb").write_bytes(glb((place / "t.png").read_bytes(), None, colour, factor))
+    (place / "a.glb").write_bytes(glb((place / "t.png").read_bytes(), None, colours, factor, others=colours))
+    done = run("fvvmux", "--meshes", "a.glb", "-o", "o.fvv", "--codec", "jpeg", "--quality", 98)
+    assert done.stderr == ""
+    tint = np.ones(3) * (1 if colours is None else colours) * (factor or [1, 1, 1, 1])[:3]
+    expected = display(linear(np.asarray(ramp())) * tint)
+    assert np.abs(picture_of_stream() - expected).mean() < 3
+
+
+def test_an_emitted_picture_has_its_factor(place):
+    ramp().save("t.png")
+    content = glb((place / "t.png").read_bytes(), None, emitted=[0.5, 0, 1])
+    (place / "a.glb").write_bytes(content)
+    run("fvvmux", "--meshes", "a.glb", "-o", "o.fvv", "--codec", "jpeg", "--quality", 98)
+    expected = display(linear(np.asarray(ramp())) * [0.5, 0, 1])
+    assert np.abs(picture_of_stream() - expected).mean() < 3
+
+
+@pytest.mark.parametrize(("colour", "warns"), [(1, False), (0.2, True)])
+def test_unlike_colours_that_a_texture_is_multiplied_with_are_a_warning(colour, warns, place):
+    ramp().save("t.png")
+    (place / "a.glb").write_bytes(glb((place / "t.png").read_bytes(), None, colour))
     done = mux("a.glb", code=3 if warns else 0)
-    assert ("COLOR_0, baseColorFactor" in done.stderr) == warns
+    assert ("COLOR_0" in done.stderr) == warns
     mux("a.glb", "--atlas", "t.png")

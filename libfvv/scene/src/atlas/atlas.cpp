@@ -1,6 +1,7 @@
 #include "scene/src/atlas/atlas.h"
 #include "fvv_cxx/untrusted.h"
 #include "fvv_geometry/rect_pack.h"
+#include "fvv_media/colour.h"
 #include "fvv_media/image.h"
 #include "fvv_scene/file_io.h"
 #include "scene/src/atlas/tile_cut.h"
@@ -35,12 +36,25 @@ std::string load(const FacePicture &picture) {
   return bytes;
 }
 
+// Multiplied as light, which the display values of a picture are not.
+void apply_tint(const std::array<double, 3> &tint, media::Image &image) {
+  uint8_t tinted[3][256];
+  for (size_t k = 0; k < 3; k++)
+    for (size_t value = 0; value < 256; value++) {
+      const double light = media::linear_of_srgb(double(value) / 255) * tint[k];
+      tinted[k][value] = uint8_t(std::floor(255 * media::srgb_of_linear(std::clamp(light, 0.0, 1.0)) + 0.5));
+    }
+  for (size_t i = 0; i < image.pixels.size(); i++) image.pixels[i] = tinted[i % 3][image.pixels[i]];
+}
+
 media::Image decoded(const FacePicture &picture, const media::MemoryLimit &limit) {
   const std::string bytes = load(picture);
   media::check_image_memory(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), picture.name,
                             limit);
-  return media::decode_image<uint8_t>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3,
-                                      picture.name);
+  media::Image image = media::decode_image<uint8_t>(reinterpret_cast<const uint8_t *>(bytes.data()),
+                                                    bytes.size(), 3, picture.name);
+  if (picture.is_tinted()) apply_tint(picture.tint, image);
+  return image;
 }
 
 // A place for each size, with room around it. Height 0: they do not fit into the width.
@@ -169,7 +183,12 @@ AtlasLayout lay_out_atlas(const FacePictures &faces, const std::string &name) {
 
 std::string atlas_picture(const FacePictures &faces, const std::string &name) {
   if (!faces.has_picture()) throw Error(name + ": expected faces with a picture, found none");
-  if (faces.pictures.size() == 1) return load(faces.pictures[0]);
+  if (faces.pictures.size() == 1) {
+    const FacePicture &only = faces.pictures[0];
+    if (!only.is_tinted()) return load(only);
+    const std::vector<uint8_t> png = media::encode_png(decoded(only, faces.limit), media::PngEffort::fast);
+    return {png.begin(), png.end()};
+  }
   const AtlasLayout layout = lay_out_atlas(faces, name);
   media::Image atlas = media::make_image(layout.width, layout.height, 3, 128);
   for (size_t i = 0; i < faces.pictures.size(); i++) {

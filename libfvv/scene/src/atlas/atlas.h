@@ -18,9 +18,11 @@ struct FacePicture {
   std::string name;                            // for messages; a file's path
   std::function<std::string()> load = nullptr; // its bytes; none: it is one colour
   std::array<uint8_t, 3> colour = {};          // display values
+  std::array<double, 3> tint = {1, 1, 1};      // linear light that the picture is multiplied with
   std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat};
 
   bool is_colour() const { return !load; }
+  bool is_tinted() const { return tint != std::array<double, 3>{1, 1, 1}; }
 };
 
 // pictures: each once. of_face: an index of them for each face of a mesh; empty: all show the first.
@@ -54,7 +56,8 @@ struct AtlasLayout {
 // Of several pictures, or a picture and colours. The same on every machine. Throws Error.
 AtlasLayout lay_out_atlas(const FacePictures &faces, const std::string &name);
 
-// The bytes of the picture that the mesh shows: of the only one as they are, else a PNG file. Throws Error.
+// The bytes of the picture that the mesh shows: of the only one as they are, if it has no tint, else a PNG
+// file. Throws Error.
 std::string atlas_picture(const FacePictures &faces, const std::string &name);
 
 // Brings texture coordinates into 0 to 1, and onto the atlas if there are several pictures: a shift by whole

@@ -150,7 +150,7 @@ public:
       read_texture();
     if (texture == Texture::pictures) {
       out.texture.resize(2 * out.vertex_count());
-      look_for_tint();
+      read_tint();
     }
     if (const auto reference = attributes.find("NORMAL"); normals && reference)
       out.normals = per_vertex("NORMAL", *reference, Purpose::normals, 3);
@@ -254,38 +254,61 @@ private:
     out.wrap = colour.wrap;
   }
 
-  // Of vertices times that of the material.
-  void read_colours() {
+  std::array<double, 3> material_factor() {
     std::optional<std::array<double, 3>> factor;
     if (out.material) factor = base_factor(container.item("materials", json.at("material")));
-    const auto reference = attributes.find("COLOR_0");
-    if (factor == std::array<double, 3>{1, 1, 1}) factor.reset();
-    if (!reference && !factor) return;
-    const size_t count = out.vertex_count();
-    container.charge(json, 3 * count);
-    const bool alpha =
-        reference && container.item("accessors", *reference).at("type").text() == std::string("VEC4");
-    const size_t width = alpha ? 4 : 3;
-    std::vector<double> values(width * count, 1);
-    if (reference)
-      values = per_vertex("COLOR_0", *reference, alpha ? Purpose::colours_alpha : Purpose::colours, width);
-    const std::array<double, 3> times = factor.value_or(std::array<double, 3>{1, 1, 1});
-    for (size_t v = 0; v < count; v++)
-      for (size_t k = 0; k < 3; k++) {
-        out.colours.push_back(display_of_light(values[v * width + k] * times[k]));
-      }
+    return factor.value_or(std::array<double, 3>{1, 1, 1});
   }
 
-  // Colours that a picture, or the one colour of a material, cannot have.
-  void look_for_tint() {
-    read_colours();
-    const bool varies = attributes.find("COLOR_0").has_value();
-    if (out.image)
-      out.is_tinted = std::any_of(out.colours.begin(), out.colours.end(), [](uint8_t c) { return c != 255; });
-    else
-      for (size_t i = 3; varies && i < out.colours.size(); i++)
-        out.is_tinted = out.is_tinted || out.colours[i] != out.colours[i % 3];
-    out.colours.clear();
+  // Of the picture that is shown: what a material emits has a factor of its own.
+  std::array<double, 3> picture_factor() {
+    if (!out.image) return material_factor();
+    const JsonValue material = container.item("materials", json.at("material"));
+    const auto shown = colour_texture(material), emitted = material.find("emissiveTexture");
+    if (!emitted || shown->place() != emitted->place()) return material_factor();
+    std::array<double, 3> factor = {1, 1, 1};
+    if (const auto light = material.find("emissiveFactor"))
+      for (size_t k = 0; k < 3; k++) factor[k] = light->items(3, k).number();
+    return factor;
+  }
+
+  // COLOR_0: R G B of each vertex, linear; empty: there is none.
+  std::vector<double> linear_colours() {
+    const auto reference = attributes.find("COLOR_0");
+    if (!reference) return {};
+    container.charge(json, 3 * out.vertex_count());
+    const bool alpha = container.item("accessors", *reference).at("type").text() == std::string("VEC4");
+    const size_t width = alpha ? 4 : 3;
+    const std::vector<double> values =
+        per_vertex("COLOR_0", *reference, alpha ? Purpose::colours_alpha : Purpose::colours, width);
+    std::vector<double> colours;
+    for (size_t i = 0; i < values.size(); i += width)
+      colours.insert(colours.end(), &values[i], &values[i] + 3);
+    return colours;
+  }
+
+  // Of vertices times that of the material.
+  void read_colours() {
+    const std::array<double, 3> factor = material_factor();
+    std::vector<double> colours = linear_colours();
+    if (colours.empty()) {
+      if (factor == std::array<double, 3>{1, 1, 1}) return;
+      container.charge(json, 3 * out.vertex_count());
+      colours.resize(3 * out.vertex_count(), 1);
+    }
+    for (size_t i = 0; i < colours.size(); i++)
+      out.colours.push_back(display_of_light(colours[i] * factor[i % 3]));
+  }
+
+  // A factor, and a colour that all vertices share, change a picture, or the one colour of a material; unlike
+  // colours of vertices cannot.
+  void read_tint() {
+    constexpr double unlike = 0.5 / 255;
+    out.tint = picture_factor();
+    const std::vector<double> colours = linear_colours();
+    for (size_t i = 3; i < colours.size(); i++)
+      out.has_unlike_colours = out.has_unlike_colours || std::abs(colours[i] - colours[i % 3]) > unlike;
+    for (size_t k = 0; k < 3 && !out.has_unlike_colours && !colours.empty(); k++) out.tint[k] *= colours[k];
   }
 
   void read_joints() {

@@ -360,19 +360,19 @@ private:
       for (Primitive &primitive : scene.meshes[scene.nodes[node].mesh].primitives) {
         FacePicture one;
         std::string key;
-        std::optional<std::array<double, 3>> factor;
-        if (primitive.material) factor = base_factor(root.at("materials").item(size_t(*primitive.material)));
         if (primitive.image) {
           one.wrap = primitive.wrap;
+          one.tint = primitive.tint;
           key = "image " + std::to_string(*primitive.image) + " " + std::to_string(int(one.wrap[0])) +
                 std::to_string(int(one.wrap[1]));
+          for (const double factor : one.tint) append_double(key += " ", factor);
           one.name = scene.file + ": image " + std::to_string(*primitive.image);
           std::shared_ptr<const std::string> &bytes = images[*primitive.image];
           if (!bytes) bytes = std::make_shared<const std::string>(container.image(size_t(*primitive.image)));
           one.load = [bytes] { return *bytes; };
         } else {
           one.name = "colour";
-          for (size_t k = 0; k < 3; k++) one.colour[k] = display_of_light(factor ? (*factor)[k] : 1);
+          for (size_t k = 0; k < 3; k++) one.colour[k] = display_of_light(primitive.tint[k]);
           key.assign(one.colour.begin(), one.colour.end());
         }
         primitive.picture = uint32_t(scene.pictures.add(std::move(one), key));
@@ -475,12 +475,12 @@ Scene read_scene(std::string_view bytes, const std::string &path, const Animatio
   return SceneReader(bytes, path, limits, texture, normals).read(choice);
 }
 
-bool has_tinted_pictures(std::string_view bytes, const std::string &path) {
+bool has_unlike_colours(std::string_view bytes, const std::string &path) {
   const Scene scene = read_scene(bytes, path, NoAnimation{}, limits_or_default(nullptr), Texture::pictures);
   return std::any_of(scene.drawn.begin(), scene.drawn.end(), [&](uint32_t node) {
     const std::vector<Primitive> &primitives = scene.meshes[scene.nodes[node].mesh].primitives;
     return std::any_of(primitives.begin(), primitives.end(),
-                       [](const Primitive &one) { return one.is_tinted; });
+                       [](const Primitive &one) { return one.has_unlike_colours; });
   });
 }
 

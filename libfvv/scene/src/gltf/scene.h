@@ -42,7 +42,10 @@ struct Primitive {
   std::optional<int64_t> material;
   std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat}; // of the image
   uint32_t picture = 0;                                    // in Scene::pictures
-  bool is_tinted = false; // of Texture::pictures: it has colours beside its picture
+  // Of Texture::pictures: linear light that its picture or colour is multiplied with, and whether its
+  // vertices have unlike colours besides, which are not shown.
+  std::array<double, 3> tint = {1, 1, 1};
+  bool has_unlike_colours = false;
 
   size_t vertex_count() const { return positions.size() / 3; }
 };
@@ -133,8 +136,9 @@ struct BaseColour {
 
   void transform(std::vector<double> &texture) const;
 };
-// What is drawn has colours of vertices or materials that its pictures are to be multiplied with.
-bool has_tinted_pictures(std::string_view bytes, const std::string &path);
+// What is drawn has pictures that colours of its vertices are to be multiplied with, which are not one
+// colour.
+bool has_unlike_colours(std::string_view bytes, const std::string &path);
 
 BaseColour read_base_colour(const Container &container, const JsonValue &primitive);
 
