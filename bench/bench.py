@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
-NAME is a figure or the part before its dot: synth, mux, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
+NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
 import, inputs, calibration, clip, codecs, meshonly, serve, picture, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
@@ -26,6 +26,7 @@ import whp235
 from cluster import dask_times
 from house import figures as house_figures
 from inputs import figures as input_figures
+from inputs import triangles
 from muxing import Muxing
 from pages import figures as page_figures
 from recordings import calibrate, chain, hull
@@ -423,9 +424,15 @@ def cluster():
     return dask_times.measure(tool, BUILD, WORK)
 
 
+def demo():
+    """How evenly triangles are spread over the groups of the stream that ./run demo packs."""
+    return triangles.measure(BUILD, ROOT / "build/demo/players.fvv")
+
+
 PARTS = {
     "synth": synth,
     "mux": mux,
+    "demo": demo,
     "memory": memory,
     "house": house,
     "cli": cli,

@@ -18,9 +18,13 @@ def area_of(corners):
     return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
 
 
+def edges_of(corners):
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+
+
 def visible(corners, tolerance):
     """Whether a triangle is wider than the tolerance: thinner ones may vanish on a lattice."""
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
+    longest = edges_of(corners).max(1)
     return 2 * area_of(corners) > 2 * tolerance * longest
 
 
@@ -81,7 +85,9 @@ def difference(truth, found, tolerance):
     alone[backs[twins]] = False
     own_alone, other_alone = own[alone], other[back < 0]
     areas = area_of(own_alone).sum(), area_of(other_alone).sum()
-    if abs(areas[0] - areas[1]) <= AREA_PART * area_of(own).sum():
+    # Each corner moved by the tolerance changes a triangle's area by half its edges at most: strips as wide as the lattice's step.
+    rounding = tolerance * sum(edges_of(part).sum() for part in (own_alone, other_alone)) / 2
+    if abs(areas[0] - areas[1]) <= max(AREA_PART * area_of(own).sum(), rounding):
         far = max(largest_distance(own_left, other_alone), largest_distance(other_left, own_alone))
         if far <= 2 * tolerance:
             return None, pairs
