@@ -47,8 +47,7 @@ class EncodeOptions(TypedDict, total=False):
     track: Literal["auto", "never", "always"] | None
     #: Follow surfaces whose faces change in every frame, and send runs of frames as motion: auto (where every place
     #: stays within max_error and that takes fewer bytes), always (where the rms does, with a warning for places that
-    #: do not and frames that stay key frames) or never, the default: it takes about a second a frame
-    #: (docs/encoding/tracking.md). Default: never.
+    #: do not) or never, the default: it takes about a second a frame (docs/encoding/tracking.md). Default: never.
 
     min_component: int | None
     #: Drop connected pieces with fewer faces. Default: 0.

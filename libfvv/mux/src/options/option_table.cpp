@@ -338,9 +338,8 @@ std::vector<Option> mesh_options() {
       Row("track", "WHEN",
           "follow surfaces whose faces change in every frame, and send runs of frames as motion: auto (where "
           "every place stays within `max-error` and that takes fewer bytes), always (where the rms does, "
-          "with "
-          "a warning for places that do not and frames that stay key frames) or never, the default: it takes "
-          "about a second a frame (docs/encoding/tracking.md)")
+          "with a warning for places that do not) or never, the default: it takes about a second a frame "
+          "(docs/encoding/tracking.md)")
           .words<&Options::track, Track>(
               {{"auto", Track::automatic}, {"never", Track::never}, {"always", Track::always}})
           .excludes("keep-geometry")
