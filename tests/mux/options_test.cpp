@@ -15,7 +15,7 @@ mux::Options with(const mux::Option &row, const std::string &text) {
   mux::Options options;
   for (const std::string &other : row.needs)
     mux::set_option(options, other, mux::find_option(other)->example);
-  if (row.name == "atlas") mux::set_option(options, "meshes", "f/%04d.obj");
+  if (row.name == "atlas" || row.name == "bake-repeats") mux::set_option(options, "meshes", "f/%04d.obj");
   mux::set_option(options, row.name, text);
   return options;
 }
