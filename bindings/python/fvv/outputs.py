@@ -194,9 +194,10 @@ class FileOutput:
     def take_back(self) -> None:
         with _naming(self._former, self.name):
             if self._former is not None:
-                os.replace(self._former, self._path)
-                if os.path.lexists(self._former):  # two names of one file stay as they are
-                    os.unlink(self._former)
+                if os.path.lexists(self._path) and os.path.samefile(self._former, self._path):
+                    os.unlink(self._former)  # what was there still has its name
+                else:
+                    os.replace(self._former, self._path)
             elif self._is_placed:
                 os.unlink(self._path)
         self._former, self._is_placed = None, False
