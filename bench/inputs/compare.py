@@ -88,7 +88,8 @@ def difference(truth, found, tolerance):
     # Each corner moved by the tolerance changes a triangle's area by half its edges at most: strips as wide as the lattice's step.
     rounding = tolerance * sum(edges_of(part).sum() for part in (own_alone, other_alone)) / 2
     if abs(areas[0] - areas[1]) <= max(AREA_PART * area_of(own).sum(), rounding):
-        far = max(largest_distance(own_left, other_alone), largest_distance(other_left, own_alone))
+        # From the whole surface: what is left of a triangle whose thinnest pieces vanished is beside others that have equals.
+        far = max(largest_distance(own_left, other), largest_distance(other_left, own))
         if far <= 2 * tolerance:
             return None, pairs
     text = f"{len(own_left)} of {len(own)} triangles are missing, {len(other_left)} are new; areas {areas[0]:.4g} and {areas[1]:.4g}"
