@@ -51,6 +51,9 @@ def largest_distance(own, other):
         return 0.0
     if not len(other):
         return np.nan
+    # closest_point() compares squares of lengths with a fixed number: of a model of centimetres it misses the face that a point is on.
+    scale = 1000 / np.ptp(other.reshape(-1, 3), axis=0).max()
+    own, other = own * scale, other * scale
     random = np.random.default_rng(1)
     weights = random.dirichlet((1, 1, 1), SAMPLES)
     points = np.einsum("sk,nkd->nsd", weights, own).reshape(-1, 3)
@@ -61,7 +64,7 @@ def largest_distance(own, other):
     for point in points:
         closest = trimesh.triangles.closest_point(other, np.broadcast_to(point, (len(other), 3)))
         most = max(most, np.linalg.norm(closest - point, axis=1).min())
-    return most
+    return most / scale
 
 
 def difference(truth, found, tolerance):
