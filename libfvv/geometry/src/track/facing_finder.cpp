@@ -12,29 +12,29 @@ constexpr double least_cosine = 0.342; // 70 degrees; a direction is at most 55 
 
 FacingFinder::FacingFinder(const std::vector<render::TriangleTree::Triangle> &triangles) {
   std::array<std::vector<render::TriangleTree::Triangle>, 6> of_sides;
-  for (auto &side : numbers) side.assign(triangles.size(), UINT32_MAX);
+  for (Side &side : sides) side.numbers.assign(triangles.size(), UINT32_MAX);
   for (size_t f = 0; f < triangles.size(); f++) {
     const auto &[a, b, c] = triangles[f];
     const render::Vec3 normal = normalised(cross(b - a, c - a));
     for (size_t side = 0; side < sides.size(); side++) {
       const double along = axis_of(normal, int(side / 2)) * (side % 2 ? -1 : 1);
       if (!(along > least_cosine)) continue;
-      numbers[side][f] = uint32_t(sides[side].faces.size());
+      sides[side].numbers[f] = uint32_t(sides[side].faces.size());
       sides[side].faces.push_back(uint32_t(f));
       of_sides[side].push_back(triangles[f]);
     }
   }
-  for (size_t side = 0; side < sides.size(); side++) sides[side].finder.emplace_back(of_sides[side]);
+  for (size_t side = 0; side < sides.size(); side++) sides[side].finder.emplace(of_sides[side]);
 }
 
 render::ClosestPoint FacingFinder::nearest(render::Vec3 from, render::Vec3 direction, uint32_t guess) const {
   size_t best = 0;
   for (size_t axis = 1; axis < 3; axis++)
     if (std::abs(axis_of(direction, int(axis))) > std::abs(axis_of(direction, int(best)))) best = axis;
-  const size_t side = 2 * best + (axis_of(direction, int(best)) < 0);
-  const uint32_t near = guess < numbers[side].size() ? numbers[side][guess] : UINT32_MAX;
-  render::ClosestPoint hit = sides[side].finder.front().nearest(from, near);
-  if (hit.face != UINT32_MAX) hit.face = sides[side].faces[hit.face];
+  const Side &side = sides[2 * best + (axis_of(direction, int(best)) < 0)];
+  const uint32_t near = guess < side.numbers.size() ? side.numbers[guess] : UINT32_MAX;
+  render::ClosestPoint hit = side.finder->nearest(from, near);
+  if (hit.face != UINT32_MAX) hit.face = side.faces[hit.face];
   return hit;
 }
 

@@ -4,6 +4,7 @@
 #include "fvv_render/triangle_tree.h"
 
 #include <array>
+#include <optional>
 #include <vector>
 
 namespace fvv::track {
@@ -19,10 +20,10 @@ public:
 private:
   struct Side {
     std::vector<uint32_t> faces;
-    std::vector<render::ClosestFinder> finder; // one
+    std::vector<uint32_t> numbers; // of each triangle among faces; UINT32_MAX: not there
+    std::optional<render::ClosestFinder> finder;
   };
-  std::array<Side, 6> sides;        // +x, -x, +y, ...
-  std::vector<uint32_t> numbers[6]; // of each triangle on a side; UINT32_MAX: not there
+  std::array<Side, 6> sides; // +x, -x, +y, ...
 };
 
 } // namespace fvv::track
