@@ -108,6 +108,16 @@ def commit_all(outputs: Sequence[Output]) -> None:
             kept.callback(output.keep)
 
 
+@contextlib.contextmanager
+def discarded_unless_written(output: Output) -> Iterator[None]:
+    """What is written here is whole, or discarded."""
+    try:
+        yield
+    except BaseException:
+        output.discard()
+        raise
+
+
 class FileOutput:
     """A file under a temporary name beside its own, until `commit`. Pipes and devices are written to directly."""
 

@@ -139,6 +139,7 @@ def request_of(given: argparse.Namespace) -> Any:
         name=given.name,
         sound=given.sound,
         sheet=given.sheet,
+        chart=given.chart,
         held_out=given.held_out,
         options=options,
         mux={name.replace("-", "_"): value for name, value in mux.items()},
@@ -176,14 +177,11 @@ def _calibrate(given: argparse.Namespace, path: str, show: Show) -> str:
 
 
 def _make(given: argparse.Namespace, show: Show) -> int:
-    from fvv.outputs import FileOutput
-
     from .process import process
-    from .report import chart, text
+    from .report import text
 
     request = request_of(given)
     client: Any = None
-    picture = FileOutput(given.chart, given.force) if given.chart else None
     try:
         if given.dask is not None:
             try:
@@ -191,15 +189,10 @@ def _make(given: argparse.Namespace, show: Show) -> int:
             except ImportError as error:
                 raise UsageError(f"--dask: {error}") from error
         result = process(request, given.jobs or os.cpu_count() or 1, client, show)
-        if picture is not None:
-            picture.write(chart(result.report))
-            picture.commit()
     finally:
         show.clear()
         if client is not None:
             client.close()
-        if picture is not None:
-            picture.discard()
     print(json.dumps(result.report, indent=1) if given.json else text(result.report))
     for note in result.warnings:
         print(f"fvvcapture: warning: {note}", file=sys.stderr)

@@ -23,7 +23,7 @@ from .cameras import Calibration, read_calibration
 from .footage import Recording, Timeline
 from .keying import Key
 from .pipeline import Executors, FrameResult, Options, Progress, Work
-from .report import SILHOUETTE_WARNING, describe_frames, leave_one_out
+from .report import SILHOUETTE_WARNING, chart, describe_frames, leave_one_out, need_matplotlib
 from .sheet import draw
 
 cv2: Any = optional_import("cv2", "capture")
@@ -59,6 +59,7 @@ class Request:
     name: str = ""  #: Of the scene.
     sound: str | None = None  #: Name of the recording whose sound is taken.
     sheet: str | None = None  #: A PNG of pictures and mattes.
+    chart: str | None = None  #: A PNG of the report, which needs matplotlib.
     held_out: int = 0  #: Frames that each camera in turn is predicted at from the others.
     options: Options = dataclasses.field(default_factory=Options)
     mux: Mapping[str, Any] = dataclasses.field(default_factory=dict)  #: Options of `fvv.mux` for a stream.
@@ -103,6 +104,10 @@ def process(
         sheet = FileOutput(request.sheet, request.force) if request.sheet else None
         if sheet is not None:
             outputs.append(sheet)
+        picture = FileOutput(request.chart, request.force) if request.chart else None
+        if picture is not None:
+            outputs.append(picture)
+            need_matplotlib()
         stream: FileOutput | None = None
         if request.output.endswith(".fvv"):
             stream = FileOutput(request.output, request.force)
@@ -149,6 +154,8 @@ def process(
         report["warnings"] = notes
         if stream is None:
             _write(os.path.join(target, "report.json"), (json.dumps(report, indent=1) + "\n").encode())
+        if picture is not None:
+            picture.write(chart(report))
         commit_all(outputs)
         return Result(report, notes)
     finally:

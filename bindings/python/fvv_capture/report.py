@@ -119,17 +119,21 @@ def leave_one_out(
     return out
 
 
+def need_matplotlib() -> Any:
+    """Its module of figures. `UsageError`: it is not installed."""
+    try:
+        return optional_import("matplotlib.figure", "plot")
+    except ImportError as error:
+        raise UsageError(f"the chart of the report: {error}") from error
+
+
 def chart(report: dict[str, Any]) -> bytes:
     """A PNG: silhouettes, confidence, vertices and time over the frames. Needs matplotlib."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise UsageError("the chart of the report needs matplotlib: pip install fvv[plot]") from error
     import io
 
     frames = report["frames"]
     numbers = [f["number"] for f in frames]
-    figure = Figure(figsize=(10, 8), layout="constrained")
+    figure = need_matplotlib().Figure(figsize=(10, 8), layout="constrained")
     iou, confidence, size = figure.subplots(3, 1, sharex=True)
     for index, camera in enumerate(report["cameras"]):
         style = {"label": camera["name"], "linewidth": 1.2}

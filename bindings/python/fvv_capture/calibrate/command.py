@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import sys
 
 from fvv.command import DONE, LOSS
 from fvv.errors import UsageError
+from fvv.outputs import FileOutput, FolderOutput, commit_all
 
 from ..progress import Show
 from .boards import parse_board
 from .calibration import Calibration, Options, Progress, calibrate
-from .files import from_description, read_calibration, write_calibration
+from .files import calibration_output, from_description, read_calibration
 from .moving import track
 from .recordings import recordings_of
-from .report import report, write_pictures
+from .report import pictures_output, report
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -44,10 +46,15 @@ def run(arguments: argparse.Namespace) -> int:
             )
     finally:
         progress.clear()
-    if arguments.report is not None:
-        write_pictures(arguments.report, found)
-    if arguments.output is not None:
-        write_calibration(arguments.output, found, arguments.format, arguments.force)
+    with contextlib.ExitStack() as ended:
+        outputs: list[FileOutput | FolderOutput] = []
+        if arguments.report is not None:
+            outputs.append(pictures_output(arguments.report, found))
+            ended.callback(outputs[-1].discard)
+        if arguments.output is not None:
+            outputs.append(calibration_output(arguments.output, found, arguments.format, arguments.force))
+            ended.callback(outputs[-1].discard)
+        commit_all(outputs)
     lost = _print(arguments, found)
     return LOSS if found.warnings or lost else DONE
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy
 from fvv.errors import Error, UsageError
 from fvv.interop.optional_import import optional_import
-from fvv.outputs import FileOutput, FolderOutput
+from fvv.outputs import FileOutput, FolderOutput, discarded_unless_written
 
 from ..choices import CALIBRATION_FORMATS
 from .calibration import CalibratedCamera, Calibration, Moment
@@ -70,14 +70,22 @@ def _pose(pose: Pose) -> dict[str, Any]:
 def write_calibration(path: str, calibration: Calibration, format: str = "fvv", force: bool = False) -> None:
     """format "fvv": a JSON file. "opencv": a folder with NAME.yml of each camera, which `fvvimport opencv` and OpenCV read; cameras
     that move do not fit there. `UsageError`: the output exists and is not to be replaced (a folder never is); OSError."""
+    output = calibration_output(path, calibration, format, force)
+    try:
+        output.commit()
+    finally:
+        output.discard()
+
+
+def calibration_output(
+    path: str, calibration: Calibration, format: str, force: bool
+) -> FileOutput | FolderOutput:
+    """What `write_calibration` writes, before it has its name."""
     if format == "fvv":
         file = FileOutput(path, force)
-        try:
+        with discarded_unless_written(file):
             file.write((json.dumps(description(calibration), indent=1) + "\n").encode())
-            file.commit()
-        finally:
-            file.discard()
-        return
+        return file
     if format != "opencv":
         raise UsageError(f"format: expected one of {', '.join(CALIBRATION_FORMATS)}, found {format}")
     for camera in calibration.cameras:
@@ -86,12 +94,10 @@ def write_calibration(path: str, calibration: Calibration, format: str = "fvv", 
                 f"camera {camera.name}: moves, which OpenCV's files cannot hold; expected --format fvv"
             )
     folder = FolderOutput(path)
-    try:
+    with discarded_unless_written(folder):
         for camera in calibration.cameras:
             folder.write_file(f"{camera.name}.yml", opencv_yaml(camera))
-        folder.commit()
-    finally:
-        folder.discard()
+    return folder
 
 
 def opencv_yaml(camera: CalibratedCamera) -> bytes:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy
 from fvv.interop.optional_import import optional_import
-from fvv.outputs import FolderOutput
+from fvv.outputs import FolderOutput, discarded_unless_written
 from numpy.typing import NDArray
 
 from .calibration import CELLS, CalibratedCamera, Calibration
@@ -80,17 +80,15 @@ def _motion(camera: CalibratedCamera) -> dict[str, Any] | None:
     }
 
 
-def write_pictures(folder: str, calibration: Calibration) -> None:
-    """NAME.png of each camera, in a folder that is new or empty. `UsageError`: it is not; OSError."""
+def pictures_output(folder: str, calibration: Calibration) -> FolderOutput:
+    """NAME.png of each camera, in a folder that is new or empty, before it has its name. `UsageError`: it is not; OSError."""
     output = FolderOutput(folder)
-    try:
+    with discarded_unless_written(output):
         for camera in calibration.cameras:
             good, content = cv2.imencode(".png", picture(camera)[:, :, ::-1])
             assert good
             output.write_file(f"{camera.name}.png", content.tobytes())
-        output.commit()
-    finally:
-        output.discard()
+    return output
 
 
 def picture(camera: CalibratedCamera) -> Bytes:

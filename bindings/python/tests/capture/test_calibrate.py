@@ -1,10 +1,12 @@
 """fvv_capture.calibrate on pictures and corners that are generated, whose truth is known."""
 
 import dataclasses
+import errno
 import json
 import os
 import pathlib
 import sys
+import unittest.mock
 
 import jsonschema
 import numpy
@@ -19,6 +21,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 import room  # noqa: E402
 from conftest import ROOT, tool  # noqa: E402
 from fvv.errors import Error, UsageError  # noqa: E402
+from fvv.outputs import FileOutput  # noqa: E402
 from fvv_capture.arguments import calibrate_parser  # noqa: E402
 from fvv_capture.calibrate import (  # noqa: E402
     Board,
@@ -201,6 +204,19 @@ def test_file_holds_the_cameras(calibrated, tmp_path):
         write_calibration(str(path), found)
     write_calibration(str(path), found, force=True)
     assert [one.name for one in tmp_path.iterdir()] == ["calibration.json"]
+
+
+def test_calibration_and_pictures_are_written_or_none(calibrated, tmp_path, monkeypatch):
+    monkeypatch.setattr(calibrate_command, "_calibrated", lambda *_: calibrated[1])
+    arguments = ["walk", "--board", "9x6", "--square", "0.12", "--report", tmp_path / "report"]
+    arguments += ["-o", tmp_path / "calibration.json"]
+    with monkeypatch.context() as patched, pytest.raises(OSError, match="No space"):
+        full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "calibration.json")
+        patched.setattr(FileOutput, "place", unittest.mock.Mock(side_effect=full))
+        run(*arguments)
+    assert os.listdir(tmp_path) == []
+    run(*arguments)
+    assert sorted(os.listdir(tmp_path)) == ["calibration.json", "report"]
 
 
 def test_fvvimport_reads_the_opencv_form(calibrated, tmp_path):

@@ -1,16 +1,19 @@
 """The whole way from recordings to captures and streams, on a generated scene."""
 
+import errno
 import hashlib
 import json
 import os
 import shutil
 import subprocess
 import sys
+import unittest.mock
 from fractions import Fraction
 
 import av
 import cv2
 import fvv
+import fvv_capture.process
 import jsonschema
 import numpy
 import pytest
@@ -279,6 +282,29 @@ def test_an_output_is_replaced_only_with_force_and_only_if_it_is_ours(shoot, tmp
     assert "mine.txt" in run(*given(shoot, *more, "--force"), code=2).stderr
     assert (out / "mine.txt").read_text() == "keep"
     assert sorted(os.listdir(tmp_path)) == ["out"]
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_all_outputs_are_written_or_none(shoot, tmp_path, capsys, monkeypatch, missing):
+    """The chart comes last: without it there is no stream and no sheet. Without matplotlib nothing is begun."""
+    arguments = [
+        *given(shoot, "--masks", shoot / "masks", "--frames", "0-0", "--jobs", 1, "-o", tmp_path / "a.fvv")
+    ]
+    arguments += ["--sheet", tmp_path / "sheet.png", "--chart", tmp_path / "chart.png"]
+    with monkeypatch.context() as patched:
+        if missing:
+            patched.setitem(sys.modules, "matplotlib.figure", None)
+            patched.setitem(sys.modules, "matplotlib", None)
+            patched.setattr(fvv_capture.process, "_shoot", None)
+        else:
+            disk = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "chart.png")
+            patched.setattr(fvv_capture.process, "chart", unittest.mock.Mock(side_effect=disk))
+        assert command.main([str(a) for a in arguments]) == (2 if missing else 1)
+    assert ("pip install fvv[plot]" if missing else "chart.png") in capsys.readouterr().err
+    assert os.listdir(tmp_path) == []
+    assert command.main([str(a) for a in arguments]) in (0, 3)
+    assert sorted(os.listdir(tmp_path)) == ["a.fvv", "chart.png", "sheet.png"]
+    assert cv2.imread(str(tmp_path / "chart.png")).std() > 10
 
 
 @pytest.mark.parametrize(
