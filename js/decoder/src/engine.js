@@ -278,7 +278,7 @@ export class Engine {
       room?.();
       if (item.type !== "frame") return item;
       this.#stats.pictures += pictures.length;
-      return { type: "frame", frame: { ...item.frame, pictures } };
+      return { type: "frame", frame: { ...item.frame, pictures, edge: this.#source.edge } };
     }
   }
 

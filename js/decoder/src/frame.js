@@ -23,6 +23,7 @@ export class Frame {
     this.time = raw.time;
     this.seconds = (Number(raw.time) * numerator) / denominator;
     this.duration = (Number(configuration.frameDuration) * numerator) / denominator;
+    this.edgeSeconds = raw.edge === null ? null : (Number(raw.edge) * numerator) / denominator;
     this.group = raw.group;
     this.configuration = configuration;
     this.meshes = raw.meshes;

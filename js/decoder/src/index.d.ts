@@ -473,6 +473,8 @@ export interface Frame {
   /** Ticks. */
   readonly time: bigint;
   readonly seconds: number;
+  /** Seconds of the newest frame of a live stream that had arrived with it, over WebSocket; null: not known. */
+  readonly edgeSeconds: number | null;
   readonly duration: number;
   readonly group: { sequence: number; start: bigint; end: bigint };
   readonly configuration: Configuration;

@@ -1,6 +1,7 @@
 // Live streams over WebSocket, from fvvserve and from scripted servers.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { after, test } from "node:test";
 
 import { onReports } from "../../testing/reports.mjs";
@@ -69,6 +70,31 @@ test("a late client begins with any group", async () => {
   server.close();
   assert.deepEqual(frames, nativeFrames(clips.delta).slice(3));
   assert.deepEqual(types, ["end"]);
+});
+
+test("a frame comes with the time of the newest one that has arrived, of its own stream", async () => {
+  const { head, groups } = messagesOf(clips.delta);
+  const server = await scripted((socket) => {
+    send(socket, head, groups[0], groups[1]);
+    say(socket, { type: "restart" });
+    send(socket, head, groups[0]);
+    say(socket, { type: "end" });
+    socket.close(1000);
+  });
+  const decoder = await createDecoder({ source: { url: server.url, WebSocket }, queue: 1 });
+  const edges = [];
+  for await (const { seconds, edgeSeconds } of decoder) edges.push([seconds, edgeSeconds]);
+  decoder.close();
+  server.close();
+  const restart = edges.findLastIndex(([seconds]) => seconds === 0);
+  assert.ok(restart > 1);
+  const last = edges.at(-1)[0];
+  // A frame of the new stream waits for its header to be read.
+  for (const [seconds, edge] of edges.slice(0, restart)) assert.ok(edge === null || edge >= seconds, `${edges}`);
+  for (const [, edge] of edges.slice(restart)) assert.equal(edge, last);
+  const file = await createDecoder({ source: readFileSync(clips.delta) });
+  assert.equal((await file.next()).edgeSeconds, null);
+  file.close();
 });
 
 test("data that the server leaves out is a gap", async () => {

@@ -21,6 +21,15 @@ export interface Ranges {
   end(index: number): number;
 }
 
+export interface LiveCatchUp {
+  /** Seconds behind the live edge that are intended; default 0.25. */
+  delay: number;
+  /** The rate of playback at most, until it has caught up; default 1.25. */
+  maxRate: number;
+  /** Seconds behind the live edge after which playback jumps to it; default 5. */
+  jumpAfter: number;
+}
+
 /** Like MediaError: 2 network, 3 decoding, 4 the source cannot be played. */
 export interface PlayerError {
   readonly code: 2 | 3 | 4;
@@ -150,6 +159,9 @@ export class FvvPlayer extends HTMLElement {
   loopRange: { from: number; to: number } | null;
   readonly live: boolean;
   goLive(): void;
+  /** How a live stream is followed. What is not given has its default. */
+  get liveCatchUp(): Readonly<LiveCatchUp>;
+  set liveCatchUp(given: Partial<LiveCatchUp>);
   /** Seconds behind the live edge, as far as known. */
   readonly liveLatency: number;
 

@@ -219,6 +219,12 @@ export class MediaElement extends Base {
   goLive() {
     this.#media.goLive();
   }
+  get liveCatchUp() {
+    return this.#media.liveCatchUp;
+  }
+  set liveCatchUp(given) {
+    this.#media.liveCatchUp = given;
+  }
   /** Seconds behind the live edge. */
   get liveLatency() {
     return this.#media.behind;

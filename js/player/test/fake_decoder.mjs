@@ -68,6 +68,7 @@ class FakeDecoder extends EventTarget {
     return {
       number,
       seconds: tick / RATE,
+      edgeSeconds: this.arrived ? this.arrived() / RATE : null,
       group: group ?? { end: BigInt(tick + 1) },
       duration: 1 / RATE,
       decodeMs: 1,
@@ -80,6 +81,10 @@ class FakeDecoder extends EventTarget {
         closed = true;
       },
     };
+  }
+  /** Live: the first frame. */
+  from(number) {
+    this.#next = number;
   }
   #report(detail) {
     this.dispatchEvent(Object.assign(new Event("warning"), { detail }));

@@ -49,6 +49,8 @@ export class LiveSource extends SectionSource {
   #items = [];
   #waiting = null;
   #queued = 0; // bytes in items
+  #edge = null; // ticks
+  #sections = 0; // headers in items
   #header = null;
   #block = null;
   #dropping = false;
@@ -164,6 +166,7 @@ export class LiveSource extends SectionSource {
 
   #put(item) {
     this.#items.push(item);
+    if (item.header) this.#sections++;
     this.#queued += item.bytes?.length ?? 0;
     this.#wake();
   }
@@ -180,7 +183,10 @@ export class LiveSource extends SectionSource {
     const begins = beginsWithFileHeader(bytes);
     const type = begins ? SCENE : chunkType(bytes);
     this.#measure(bytes);
-    if (begins) this.#header = bytes.slice(0, FILE_HEADER_SIZE);
+    if (begins) {
+      this.#header = bytes.slice(0, FILE_HEADER_SIZE);
+      this.#edge = null;
+    }
     // A reader that joins at a later group needs the latest configuration block.
     if (type === SCENE) this.#block = begins ? bytes.subarray(FILE_HEADER_SIZE) : bytes;
     if (this.#queued + bytes.length > QUEUE_BYTES && !this.#dropping) this.#drop();
@@ -193,7 +199,9 @@ export class LiveSource extends SectionSource {
 
   #measure(bytes) {
     const time = frameTime(bytes);
-    if (time === null || !this.rungs) return;
+    if (time === null) return;
+    if (this.#edge === null || time > this.#edge) this.#edge = time;
+    if (!this.rungs) return;
     this.#chooser.arrived(bytes.length, Number(time) * this.#tick, now());
     this.#consider();
   }
@@ -215,6 +223,10 @@ export class LiveSource extends SectionSource {
     this.#asked = rung;
     this.#reason = wish === null ? "delay" : "chosen";
     if (this.#socket?.readyState === OPEN) this.#socket.send(JSON.stringify({ type: "rung", rung }));
+  }
+  /** While frames before a header are in the queue, the edge may be that of another stream. */
+  get edge() {
+    return this.#sections ? null : this.#edge;
   }
   follow(choices) {
     this.#choices = choices();
@@ -239,7 +251,7 @@ export class LiveSource extends SectionSource {
       `frames are not taken: ${this.#queued} bytes of ${this.#url} were dropped`,
     );
     this.#items = [...reports, { lost: { error } }];
-    this.#queued = 0;
+    this.#queued = this.#sections = 0;
     this.#dropping = true;
   }
 
@@ -313,6 +325,7 @@ export class LiveSource extends SectionSource {
         }
         const item = this.#items.shift();
         this.#queued -= item.bytes?.length ?? 0;
+        if (item.header) this.#sections--;
         if (item.end) return;
         if (item.error) throw item.error;
         if (item.bytes) yield item.bytes;

@@ -28,6 +28,10 @@ class Source {
   get buffer() {
     return null;
   }
+  /** The time in ticks of the newest frame of a live stream that has arrived; null: not known. */
+  get edge() {
+    return null;
+  }
 
   /** Copies bytes that need no network to out, or returns false. */
   kept() {

@@ -3,6 +3,7 @@
 import { Meter } from "./meter.js";
 import { Playout } from "./playout.js";
 import { Ranges } from "./ranges.js";
+import { LIVE } from "./timing.js";
 
 export const NETWORK = { EMPTY: 0, IDLE: 1, LOADING: 2, NO_SOURCE: 3 };
 export const READY = { NOTHING: 0, METADATA: 1, CURRENT_DATA: 2, FUTURE_DATA: 3, ENOUGH_DATA: 4 };
@@ -113,10 +114,10 @@ export class Media extends DelayedEvents {
   #sawData = false;
   #opening = null;
   #reopened = false;
+  #liveCatchUp = LIVE;
   paused = true;
   autoplay = false;
   live = false;
-  maxLiveDelay = 5; // seconds
   meter = new Meter();
 
   /**
@@ -200,7 +201,8 @@ export class Media extends DelayedEvents {
         shown: (shown) => this.#shown(shown),
         seeking: () => this.#beginSeek(),
         sought: () => this.#endSeek(),
-        behind: (seconds) => seconds > this.maxLiveDelay && this.goLive(),
+        liveCatchUp: () => this.liveCatchUp,
+        behind: (seconds) => seconds > this.liveCatchUp.jumpAfter && this.goLive(),
         drained: () => this.#drain(),
         ended: () => this.#end(),
         failed: (error) => this.fail(error),
@@ -456,6 +458,19 @@ export class Media extends DelayedEvents {
     if (!this.live || this.#reopened || this.readyState === READY.NOTHING) return;
     this.#reopen();
     if (this.paused) this.play();
+  }
+  /** {delay, maxRate, jumpAfter}: see LIVE. What is not given has its default. */
+  get liveCatchUp() {
+    return this.#liveCatchUp;
+  }
+  set liveCatchUp(given) {
+    const found = { ...LIVE, ...given };
+    const unknown = Object.keys(found).find((name) => !(name in LIVE));
+    if (unknown) throw new TypeError(`liveCatchUp: expected ${Object.keys(LIVE).join(", ")}, found ${unknown}`);
+    const { delay, maxRate, jumpAfter } = found;
+    if (!(delay >= 0 && jumpAfter > delay && maxRate >= 1 && maxRate <= MAX_RATE))
+      throw new RangeError(`liveCatchUp: expected 0 <= delay < jumpAfter and maxRate from 1 to ${MAX_RATE}`);
+    this.#liveCatchUp = Object.freeze(found);
   }
   /** Seconds behind the live edge. */
   get behind() {

@@ -65,7 +65,7 @@ export class Playout {
 
   /**
    * show(frame): resolves when the frame may be closed. vacate(): no mesh is valid, the stage is empty. screen(): as
-   * whatIsDue takes it. host: {metadata, duration, ready, shown, seeking, sought, behind, drained, ended, failed, wake};
+   * whatIsDue takes it. host: {metadata, duration, ready, shown, seeking, sought, liveCatchUp, behind, drained, ended, failed, wake};
    * ready(1): the current frame is missing, (2): the next one is missing, (4): none is.
    */
   constructor({ decoder, show, vacate, now, screen, host, meter, live }) {
@@ -163,12 +163,15 @@ export class Playout {
   }
 
   #arrive(frame) {
-    if (frame && this.live) this.#edge.observe(frame.seconds, this.#now(), this.#queue.waited > WAITED);
+    if (frame && this.live) this.#observe(frame);
     if (frame && !this.#learned) this.#learn(frame);
     this.#evaluate();
     this.#host.wake();
   }
 
+  #observe({ seconds, edgeSeconds: edge }) {
+    this.#edge.observe({ seconds, edge, waited: this.#queue.waited > WAITED }, this.#now());
+  }
   #learn(frame) {
     this.#learned = true;
     const { timeBase } = frame.configuration;
@@ -199,7 +202,7 @@ export class Playout {
 
   #follow() {
     const { behind } = this;
-    const hurry = this.#rate === 1 ? this.#edge.rateFor(behind) : 1;
+    const hurry = this.#rate === 1 ? this.#edge.rateFor(behind, this.#host.liveCatchUp()) : 1;
     this.#clock.rate = this.#rate * hurry;
     if (this.#rate >= 1) this.#host.behind(behind);
   }

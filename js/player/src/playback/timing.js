@@ -80,19 +80,53 @@ export function whatIsDue(frame, position, rate, sinceShown, screen) {
   return "show";
 }
 
-/** The intended delay behind the edge in seconds, which hides small delays of the network. */
-const LIVE_DELAY = 0.25;
-const MAX_RATE = 1.25;
+/** How a live stream is followed. */
+export const LIVE = Object.freeze({
+  /** The intended delay behind the edge in seconds, which hides small delays of the network. */
+  delay: 0.25,
+  /** The rate of playback at most, until it has caught up. */
+  maxRate: 1.25,
+  /** Seconds behind the edge after which playback jumps to it. */
+  jumpAfter: 5,
+});
 const MIN_RATE = 0.95;
+/** Frames may arrive in bursts, a group at once. Before the next burst the edge is as near as it gets: seconds in which there is one. */
+const BURST = 6;
+/** Seconds without an observation, as in a pause, after which nothing is known of bursts. */
+const UNSEEN = 1;
 /** Deviations from the delay in seconds: where a correction begins, and where it ends. */
 const CORRECT_FROM = 0.15;
 const CORRECT_TO = 0.05;
 /** Change of the rate per second of deviation: it returns to 1 smoothly. */
 const GAIN = 0.5;
 
+/** The least of the values that were added in the last BURST seconds. */
+class Lowest {
+  #values = []; // [time, value], both rising
+  #since = -Infinity;
+  #last = -Infinity;
+
+  add(time, value) {
+    if (time - this.#last > UNSEEN) this.clear(time);
+    this.#last = time;
+    while (this.#values.length && this.#values.at(-1)[1] >= value) this.#values.pop();
+    this.#values.push([time, value]);
+    while (this.#values[0][0] < time - BURST) this.#values.shift();
+  }
+  clear(time) {
+    this.#values = [];
+    this.#since = time;
+  }
+  /** -Infinity: values were added for less than BURST. */
+  get value() {
+    return this.#last - this.#since < BURST ? -Infinity : this.#values[0][1];
+  }
+}
+
 /**
  * How far playback is behind a live stream, and the rate that corrects it. The edge is known once a frame had to be waited
- * for; before that, any number of frames may be available.
+ * for; before that, any number of frames may be available. Later it moves on if frames that have arrived say so: the clock of the
+ * publisher may be fast.
  */
 export class LiveEdge {
   #ahead = -Infinity;
@@ -100,17 +134,21 @@ export class LiveEdge {
   #correcting = false;
   #latest = -Infinity; // seconds of the frame that arrived last
   #former = null; // the edge of the stream on screen, while frames of a restarted stream already arrive
+  #arrived = new Lowest(); // how far the frames that have arrived are ahead
 
-  /** A frame has arrived. waited: as soon as the stream had it. now: milliseconds. */
-  observe(seconds, now, waited) {
-    if (seconds < this.#latest) this.#leave();
+  /** A frame has been taken. edge: seconds of the newest one that has arrived, or null. waited: as soon as the stream had it. now:
+   * milliseconds. */
+  observe({ seconds, edge, waited }, now) {
+    if (seconds < this.#latest) this.#leave(now);
     this.#latest = seconds;
     const ahead = seconds - now / 1000;
-    this.#ahead = waited ? ahead : Math.max(this.#ahead, ahead);
+    this.#arrived.add(now / 1000, Math.max(seconds, edge ?? seconds) - now / 1000);
+    this.#ahead = waited ? ahead : Math.max(this.#ahead, ahead, this.#arrived.value);
     this.#known ||= waited;
   }
   /** Times go back: the stream has restarted. The frames on screen keep their former edge. */
-  #leave() {
+  #leave(now) {
+    this.#arrived.clear(now / 1000);
     this.#former ??= this.#ahead;
     this.#ahead = -Infinity;
     this.#known = this.#correcting = false;
@@ -124,13 +162,13 @@ export class LiveEdge {
     const ahead = this.#former ?? this.#ahead;
     return ahead === -Infinity ? 0 : Math.max(0, ahead + now / 1000 - position);
   }
-  /** The factor for the rate. */
-  rateFor(behind) {
-    if (!this.#known) return MAX_RATE;
-    const late = behind - LIVE_DELAY;
+  /** The factor for the rate. live: as LIVE. */
+  rateFor(behind, { delay, maxRate }) {
+    if (!this.#known) return maxRate;
+    const late = behind - delay;
     if (Math.abs(late) > CORRECT_FROM) this.#correcting = true;
     if (Math.abs(late) < CORRECT_TO) this.#correcting = false;
     if (!this.#correcting) return 1;
-    return late > 0 ? Math.min(MAX_RATE, 1 + Math.max(GAIN * late, 0.02)) : MIN_RATE;
+    return late > 0 ? Math.min(maxRate, 1 + Math.max(GAIN * late, 0.02)) : MIN_RATE;
   }
 }
