@@ -1,4 +1,5 @@
-// Seeds that need an encoder: meshes of several shapes in Draco and the fast profile, with delta frames.
+// Seeds that need an encoder: meshes of several shapes in Draco and the fast profile, with delta and patched
+// frames.
 #include "make_seeds.h"
 
 #include "fvv/mesh.h"
@@ -47,13 +48,21 @@ void write_delta(const fuzz::Folder &folder, const std::string &name, const fvv_
   fvv_mesh_sequence *sequence = nullptr;
   fuzz::expect(fvv_mesh_sequence_open(&mesh, nullptr, &sequence, nullptr) == FVV_OK, "a mesh may be a key");
   std::vector<int32_t> positions(mesh.lattice, mesh.lattice + 3 * size_t(mesh.vertex_count));
-  for (int frame = 1; frame < 4; frame++) {
+  // Frames 2 and 3 are patched: the key mesh again is in the place of a growing part of its faces.
+  std::vector<uint8_t> absent(mesh.face_count);
+  for (int frame = 1; frame < 5; frame++) {
     for (size_t i = 0; i < positions.size(); i++)
       positions[i] += int32_t(i % 3 == 0 ? frame : positions[i] / 40 % 3);
+    std::fill_n(absent.begin(), absent.size() * size_t(frame) / 5, uint8_t(1));
+    const fvv_mesh_patch patch = {
+        sizeof patch, absent.data(), &mesh, nullptr, uint8_t(frame == 2 ? FVV_MESH_RAW : FVV_MESH_FAST), 0};
     fuzz::Payload payload;
-    fuzz::expect(fvv_mesh_sequence_encode(sequence, positions.data(), nullptr, &payload.bytes, nullptr) ==
-                     FVV_OK,
-                 "a frame can be encoded");
+    const fvv_status status =
+        frame == 2 || frame == 3
+            ? fvv_mesh_sequence_encode_patched(sequence, positions.data(), nullptr, &patch, &payload.bytes,
+                                               nullptr)
+            : fvv_mesh_sequence_encode(sequence, positions.data(), nullptr, &payload.bytes, nullptr);
+    fuzz::expect(status == FVV_OK, "a frame can be encoded");
     append_part(out, payload.bytes);
   }
   fvv_mesh_sequence_close(sequence);

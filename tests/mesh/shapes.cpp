@@ -325,6 +325,20 @@ std::vector<uint8_t> Sequence::encode(const std::vector<int32_t> &positions, uin
   return payload.copy();
 }
 
+std::vector<uint8_t> Sequence::encode(const std::vector<int32_t> &positions, const fvv_mesh_patch &patch,
+                                      uint32_t max_error) {
+  fvv_mesh_delta_options options;
+  fvv_mesh_delta_options_default(&options);
+  options.max_error = max_error;
+  Bytes payload;
+  fvv_diagnostic diagnostic = {};
+  const fvv_status status =
+      fvv_mesh_sequence_encode_patched(handle, positions.data(), &options, &patch, &payload, &diagnostic);
+  INFO(diagnostic.message);
+  REQUIRE(status == FVV_OK);
+  return payload.copy();
+}
+
 fvv_status Sequence::decode(const std::vector<uint8_t> &payload, fvv_diagnostic *diagnostic) {
   const std::unique_ptr<uint8_t[]> block(new uint8_t[payload.size()]);
   if (!payload.empty()) std::memcpy(block.get(), payload.data(), payload.size());
@@ -334,6 +348,44 @@ fvv_status Sequence::decode(const std::vector<uint8_t> &payload, fvv_diagnostic 
 std::vector<int32_t> Sequence::positions() const {
   const fvv_mesh *mesh = fvv_mesh_sequence_mesh(handle);
   return {mesh->lattice, mesh->lattice + 3 * size_t(mesh->vertex_count)};
+}
+
+CutOut cut_out(const fvv_mesh &key, const std::vector<int32_t> &positions, uint32_t first, uint32_t count) {
+  CutOut out;
+  out.texture_bits = key.texture_bits;
+  out.normal_bits = key.normal_bits;
+  out.absent.assign(key.face_count, 0);
+  std::vector<uint32_t> number(key.vertex_count, UINT32_MAX);
+  for (size_t i = 3 * size_t(first); i < 3 * (size_t(first) + count); i++) {
+    const uint32_t v = key.faces[i];
+    out.absent[i / 3] = 1;
+    if (number[v] == UINT32_MAX) {
+      number[v] = uint32_t(out.border.size());
+      out.border.push_back(v);
+      for (size_t a = 0; a < 3; a++) out.lattice.push_back(positions[3 * size_t(v) + a]);
+      for (size_t a = 0; a < 2 && key.texture; a++) out.texture.push_back(key.texture[2 * size_t(v) + a]);
+      for (size_t a = 0; a < 2 && key.normals; a++) out.normals.push_back(key.normals[2 * size_t(v) + a]);
+    }
+    out.faces.push_back(number[v]);
+  }
+  return out;
+}
+
+fvv_mesh CutOut::mesh() {
+  fvv_mesh mesh = {};
+  mesh.lattice = lattice.data();
+  mesh.faces = faces.data();
+  mesh.vertex_count = uint32_t(lattice.size() / 3);
+  mesh.face_count = uint32_t(faces.size() / 3);
+  mesh.texture = texture.empty() ? nullptr : texture.data();
+  mesh.texture_bits = texture_bits;
+  mesh.normals = normals.empty() ? nullptr : normals.data();
+  mesh.normal_bits = normal_bits;
+  return mesh;
+}
+
+fvv_mesh_patch CutOut::patch(const fvv_mesh &mesh, uint8_t profile) const {
+  return {sizeof(fvv_mesh_patch), absent.data(), &mesh, border.data(), profile, 7};
 }
 
 int32_t distance(const std::vector<int32_t> &a, const std::vector<int32_t> &b) {

@@ -102,6 +102,8 @@ struct Sequence {
   ~Sequence() { fvv_mesh_sequence_close(handle); }
   // A failure is a failed REQUIRE.
   std::vector<uint8_t> encode(const std::vector<int32_t> &positions, uint32_t max_error);
+  std::vector<uint8_t> encode(const std::vector<int32_t> &positions, const fvv_mesh_patch &patch,
+                              uint32_t max_error);
   // From a block on the heap that is exactly as long as the bytes.
   fvv_status decode(const std::vector<uint8_t> &payload, fvv_diagnostic *diagnostic = nullptr);
   std::vector<int32_t> positions() const;
@@ -116,6 +118,20 @@ struct DeltaHeader {
 DeltaHeader header_of(const std::vector<uint8_t> &payload);
 // The payload with another header.
 std::vector<uint8_t> with_header(const std::vector<uint8_t> &payload, const DeltaHeader &header);
+
+// Some faces of a key mesh as a patch for a patched frame: a mesh of its own, at other positions.
+struct CutOut {
+  std::vector<uint8_t> absent;  // of each face of the key mesh
+  std::vector<uint32_t> border; // of each vertex of the patch: that of the key mesh
+  std::vector<int32_t> lattice;
+  std::vector<uint32_t> faces, texture, normals;
+  uint8_t texture_bits = 0, normal_bits = 0;
+  // Borrows from this object.
+  fvv_mesh mesh();
+  fvv_mesh_patch patch(const fvv_mesh &mesh, uint8_t profile = FVV_MESH_DRACO) const;
+};
+// count faces from first on. positions: x 3 for each vertex of the key mesh.
+CutOut cut_out(const fvv_mesh &key, const std::vector<int32_t> &positions, uint32_t first, uint32_t count);
 
 // Largest difference on one axis.
 int32_t distance(const std::vector<int32_t> &a, const std::vector<int32_t> &b);

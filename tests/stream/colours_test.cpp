@@ -211,7 +211,11 @@ TEST_CASE("damage never yields wrong colours") {
     for (size_t f = 0; f < 2 * frames; f++) {
       Bytes wanted, found;
       const fvv_status expected = whole.frame(f, wanted), status = opened.frame(f, found);
-      if (f >= frames || c > configuration + 2) CHECK(status == expected);
+      // A frame whose mesh is damaged might have a patch: its colours are not known.
+      if (f && f < frames && c == configuration + 2 + f)
+        CHECK(status == FVV_ERROR_DAMAGED);
+      else if (f >= frames || c > configuration + 2)
+        CHECK(status == expected);
       if (status == FVV_OK) CHECK(found == wanted);
     }
   }

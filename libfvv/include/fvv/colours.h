@@ -21,7 +21,7 @@ enum {
 };
 
 typedef struct fvv_colours_header {
-  uint16_t mesh_track;            /* of the key mesh at the same time */
+  uint16_t mesh_track;            /* of the key mesh or patch at the same time */
   uint8_t luma_step, chroma_step; /* of Y, and of Co and Cg, in steps of 8 bits; 1 to FVV_COLOURS_MAX_STEP */
   uint32_t vertex_count;          /* of that mesh */
   uint32_t cell_size;             /* side of a cell in lattice steps, 1 to FVV_COLOURS_MAX_CELL */
@@ -34,21 +34,23 @@ FVV_API FVV_MUST_USE fvv_status fvv_colours_peek(const uint8_t *payload, size_t 
                                                  const fvv_limits *limits, fvv_colours_header *header,
                                                  fvv_diagnostic *diagnostic);
 
-/* Decodes a COLR payload for its key mesh. colours: receives R, G, B of each vertex, display values, 3 *
- * mesh->vertex_count bytes in decoded order, written only on FVV_OK. They hold for the delta frames of that
- * key mesh too, vertex by vertex. limits, allocator NULL: defaults. Safe for hostile bytes: 4 bytes of memory
- * a vertex and 128 a cell, of at most FVV_COLOURS_MAX_CELLS; released before it returns. 0.5 ms for 17,500
- * vertices. FVV_ERROR_INVALID: the payload breaks a rule of clause 19. */
+/* Decodes a COLR payload for its key mesh, or for the patch of a patched frame. colours: receives R, G, B of
+ * each vertex, display values, 3 * mesh->vertex_count bytes in decoded order, written only on FVV_OK. They
+ * hold for the delta frames of that key mesh too, vertex by vertex. limits, allocator NULL: defaults. Safe
+ * for hostile bytes: 4 bytes of memory a vertex and 128 a cell, of at most FVV_COLOURS_MAX_CELLS; released
+ * before it returns. 0.5 ms for 17,500 vertices. FVV_ERROR_INVALID: the payload breaks a rule of clause 19.
+ */
 FVV_API FVV_MUST_USE fvv_status fvv_colours_decode(const uint8_t *payload, size_t size, const fvv_mesh *mesh,
                                                    const fvv_limits *limits, const fvv_allocator *allocator,
                                                    uint8_t *colours, fvv_diagnostic *diagnostic);
 
 /* COLR payload; replaces what payload holds. header: mesh_track, steps and cell_size are read. mesh: the key
- * mesh as decoders have it. colours: R, G, B of each vertex, display values. weights: for each vertex how
- * much its colour counts in its cell, or NULL: all count alike; where all of a cell are 0, all count alike
- * there. Cells are chosen so that the colours of vertices, interpolated, err least. Deterministic.
- * FVV_ERROR_INPUT: the mesh has more than FVV_COLOURS_MAX_CELLS cells of that size or extends over more than
- * FVV_COLOURS_MAX_EXTENT; larger ones may do. FVV_ERROR_ARGUMENT: a step or the size is out of range. */
+ * mesh or patch as decoders have it. colours: R, G, B of each vertex, display values. weights: for each
+ * vertex how much its colour counts in its cell, or NULL: all count alike; where all of a cell are 0, all
+ * count alike there. Cells are chosen so that the colours of vertices, interpolated, err least.
+ * Deterministic. FVV_ERROR_INPUT: the mesh has more than FVV_COLOURS_MAX_CELLS cells of that size or extends
+ * over more than FVV_COLOURS_MAX_EXTENT; larger ones may do. FVV_ERROR_ARGUMENT: a step or the size is out of
+ * range. */
 FVV_API FVV_MUST_USE fvv_status fvv_colours_encode(const fvv_mesh *mesh, const fvv_colours_header *header,
                                                    const uint8_t *colours, const uint8_t *weights,
                                                    const fvv_allocator *allocator, fvv_bytes *payload,

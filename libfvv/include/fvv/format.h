@@ -101,6 +101,7 @@ enum {
   FVV_MESH_DELTA = 2, /* motion: the connectivity of the preceding key mesh, with new positions */
   FVV_MESH_FIELD = 3, /* reserved: hull of a regular grid */
   FVV_MESH_FAST = 4, /* meshoptimizer's codec, for fast decoding */
+  FVV_MESH_PATCHED = 5, /* motion, and a patch in place of some faces of the key mesh */
 };
 
 /* Mesh attributes, clause 8.3. */
@@ -241,6 +242,10 @@ enum {
   FVV_ISSUE_MESH_NORMAL_BITS = 3030,
   FVV_ISSUE_MESH_NORMAL_RANGE = 3031,
   FVV_ISSUE_MESH_NORMAL_GROUP = 3032,
+  FVV_ISSUE_PATCHED_SIZE = 3033,
+  FVV_ISSUE_PATCHED_FACES = 3034,
+  FVV_ISSUE_PATCHED_COUNTS = 3035,
+  FVV_ISSUE_PATCHED_MESH = 3036,
   FVV_ISSUE_VIDEO_PAYLOAD = 4001,
   FVV_ISSUE_VIDEO_CODEC = 4002,
   FVV_ISSUE_VIDEO_RANGE = 4003,

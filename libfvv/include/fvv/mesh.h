@@ -166,7 +166,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode_mapped(const fvv_mesh *mesh, uin
 
 /* "raw", "draco", "delta" and so on, the names of clause 8.3; NULL for a profile that has none. */
 FVV_API const char *fvv_mesh_profile_name(uint8_t profile);
-enum { FVV_MESH_PROFILE_COUNT = 5 };
+enum { FVV_MESH_PROFILE_COUNT = 6 };
 
 /* What a MESH payload declares, read without decoding. */
 typedef struct fvv_mesh_header {
@@ -187,7 +187,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t s
                                                 const fvv_allocator *allocator, fvv_mesh *mesh,
                                                 fvv_diagnostic *diagnostic);
 
-/* ---- delta frames: clause 8.7 to 8.9 ---------------------------------------------------------------- */
+/* ---- delta frames: clause 8.7 to 8.9, and 8.14
+ * ---------------------------------------------------------------- */
 
 /* A key mesh and the frames after it that have its faces and move its vertices. Encoder and decoder hold the
  * same state, bit for bit: what is encoded is what will be decoded, and each frame is predicted from the one
@@ -203,13 +204,24 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, cons
                                                        fvv_diagnostic *diagnostic);
 FVV_API void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence);
 
-/* The current frame, the key mesh at first. Belongs to the sequence; lattice and, when the key mesh has
- * them, normals change with each encode or decode (sent normals turn with the faces, clause 8.13), all else
- * stays. */
+/* The current frame, the key mesh at first. Belongs to the sequence; valid until the next encode or decode.
+ * Between plain frames only lattice and, when the key mesh has them, normals change (sent normals turn with
+ * the faces, clause 8.13). A patched frame (clause 8.14) has all vertices of the key mesh, then those of its
+ * patch; and the faces that are not left out, then those of the patch. */
 FVV_API const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence);
 
-/* Decodes the next frame. Safe for hostile bytes. After an error in the stream every further decode returns
- * FVV_ERROR_STATE, because what follows depends on this frame: continue at the next key mesh. */
+/* The patch of the current frame, with vertices numbered from 0; NULL: it has none. In the mesh of the frame
+ * they come after those of the key mesh. Belongs to the sequence, valid until the next encode or decode. */
+FVV_API const fvv_mesh *fvv_mesh_sequence_patch(const fvv_mesh_sequence *sequence);
+
+/* For each face of the key mesh 1 when the current frame leaves it out, else 0. NULL: the frame is not a
+ * patched one, and its faces are those of the key mesh. Belongs to the sequence, valid as above. */
+FVV_API const uint8_t *fvv_mesh_sequence_absent(const fvv_mesh_sequence *sequence);
+
+/* Decodes the next frame, of profile FVV_MESH_DELTA or FVV_MESH_PATCHED. Safe for hostile bytes; the counts
+ * of a patch are bounded by its bytes, and by limits that the caller has applied with fvv_mesh_peek. After
+ * an error in the stream every further decode returns FVV_ERROR_STATE, because what follows depends on this
+ * frame: continue at the next key mesh. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *payload,
                                                          size_t size, fvv_diagnostic *diagnostic);
 
@@ -232,6 +244,30 @@ FVV_API void fvv_mesh_delta_options_default(fvv_mesh_delta_options *options);
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *lattice,
                                                          const fvv_mesh_delta_options *options,
                                                          fvv_bytes *payload, fvv_diagnostic *diagnostic);
+
+/* What a patched frame has in place of some faces of its key mesh. */
+typedef struct fvv_mesh_patch {
+  size_t struct_size; /* sizeof(fvv_mesh_patch) */
+  /* For each face of the key mesh whether the frame leaves it out, 0 or 1; NULL: none. */
+  const uint8_t *absent;
+  /* In their place; NULL: nothing. texture_bits and normal_bits are those of the key mesh. */
+  const fvv_mesh *mesh;
+  /* For each vertex of mesh the vertex of the key mesh on whose point it lies, UINT32_MAX: on none. It is
+   * sent at the point that that vertex has in this frame as decoded, so that no gap opens within max_error.
+   * NULL: all are sent where mesh has them. */
+  const uint32_t *border;
+  uint8_t profile; /* of the patch: FVV_MESH_RAW, FVV_MESH_DRACO or FVV_MESH_FAST */
+  int level;       /* for Draco, as in fvv_mesh_encode */
+} fvv_mesh_patch;
+
+/* MESH payload of profile FVV_MESH_PATCHED for the next frame; replaces what payload holds. As
+ * fvv_mesh_sequence_encode for the vertices of the key mesh: the frame after it may be of either profile. The
+ * encoder has decoded its output; vertices and faces of the patch may have another order
+ * (fvv_mesh_sequence_patch). When the arguments are wrong the sequence is as it was; after other errors it
+ * can only be closed, and each further call returns FVV_ERROR_STATE. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_encode_patched(
+    fvv_mesh_sequence *sequence, const int32_t *lattice, const fvv_mesh_delta_options *options,
+    const fvv_mesh_patch *patch, fvv_bytes *payload, fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

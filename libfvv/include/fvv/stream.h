@@ -155,9 +155,11 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_visibility(fvv_stream *stream, size_t
                                                       fvv_diagnostic *diagnostic);
 
 /* The colours of the mesh of a frame on one mesh track (clause 19): R, G, B of each vertex in decoded order,
- * display values, 3 * *vertex_count bytes. Delta frames have those of their key mesh. FVV_END: the frame has
- * no mesh there, or its key mesh has no colours. Belongs to the stream, valid until the next call of this
- * function for the same track or close. Frames with one key mesh cost one decoding, in any order. */
+ * display values, 3 * *vertex_count bytes. Delta frames have those of their key mesh; patched ones those of
+ * their patch after them, unseen of the configuration's texturing where the stream has none. FVV_END: the
+ * frame has no mesh there, or its key mesh has no colours. Belongs to the stream, valid until the next call
+ * of this function for the same track or close. Frames with one key mesh cost one decoding, in any order,
+ * and one of each patch. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_colours(fvv_stream *stream, size_t frame, uint16_t mesh_track,
                                                    const uint8_t **colours, uint32_t *vertex_count,
                                                    fvv_diagnostic *diagnostic);

@@ -1,6 +1,7 @@
 /* The caller's allocator and limits, and a growing block of bytes. */
 #include "base/memory.h"
 
+#include "base/bytes.h"
 #include "base/diagnostic.h"
 
 #include <stdlib.h>
@@ -58,6 +59,11 @@ fvv_status fvv_bytes_append(fvv_bytes *bytes, const void *source, size_t size) {
     bytes->size += size;
   }
   return status;
+}
+
+fvv_status fvv_bytes_append_uleb(fvv_bytes *bytes, uint64_t value) {
+  uint8_t coded[10];
+  return fvv_bytes_append(bytes, coded, fvv_put_uleb(coded, value));
 }
 
 void fvv_bytes_free(fvv_bytes *bytes) {

@@ -22,6 +22,9 @@ void fvv_release(const fvv_allocator *allocator, void *pointer, size_t size);
 FVV_MUST_USE fvv_status fvv_bytes_reserve(fvv_bytes *bytes, size_t extra);
 FVV_MUST_USE fvv_status fvv_bytes_append(fvv_bytes *bytes, const void *source, size_t size);
 
+/* The number as unsigned LEB128. */
+FVV_MUST_USE fvv_status fvv_bytes_append_uleb(fvv_bytes *bytes, uint64_t value);
+
 /* A copy of the caller's limits, defaults for fields that its struct_size does not reach; NULL: all defaults.
  */
 fvv_limits fvv_limits_or_default(const fvv_limits *limits);

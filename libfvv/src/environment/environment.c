@@ -7,6 +7,7 @@
 #include "base/layout.h"
 #include "base/memory.h"
 #include "fvv/environment.h"
+#include "mesh/mesh.h"
 #include "video/codecs.h"
 
 /* Returns with an error: a rule of this clause is broken. issue without its prefix, offset in the payload. */
@@ -233,8 +234,9 @@ static fvv_status check_mesh(const fvv_environment_part *part, const uint8_t *pa
     place_error(diagnostic, offset);
     return status;
   }
-  if (header.profile == FVV_MESH_DELTA)
-    WRONG(ENVIRONMENT_PART, offset, "mesh of an environment is a delta frame, expected another profile");
+  if (fvv_mesh_follows(header.profile))
+    WRONG(ENVIRONMENT_PART, offset, "mesh of an environment is of profile %u, expected 0, 1 or 4",
+          header.profile);
   if (part->picture != FVV_NO_PICTURE && !header.texture_bits)
     WRONG(ENVIRONMENT_PART, offset, "part has picture %lu but no texture coordinates",
           (unsigned long)part->picture);

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "mesh/mesh.h"
 #include "mesh/normals.h"
+#include "mesh/patched.h"
 
 static void turn_normals(fvv_mesh_sequence *s) {
   const unsigned bits = s->mesh.normal_bits;
@@ -105,11 +106,23 @@ static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const fvv_d
 
 static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                          fvv_diagnostic *diagnostic) {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  limits.max_vertices = limits.max_faces = UINT32_MAX; /* the caller has applied his own */
+  fvv_mesh_header header;
   fvv_delta_frame frame;
-  fvv_status status = fvv_delta_read_header(s, payload, size, &frame, diagnostic);
+  size_t at = FVV_MESH_SIZE;
+  fvv_status status = fvv_delta_read_header(s, payload, size, &limits, &header, diagnostic);
+  const int patched = status == FVV_OK && header.profile == FVV_MESH_PATCHED;
+  if (patched) status = fvv_patched_read(s, payload, &header, &limits, &at, diagnostic);
+  if (status == FVV_OK) status = fvv_delta_read_levels(s, payload, size, at, &frame, diagnostic);
   for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
     status = decode_level(s, k, &frame.level[k], payload, diagnostic);
-  return status;
+  if (status != FVV_OK) return status;
+  end_frame(s);
+  if (patched) return fvv_patched_merge(s, diagnostic);
+  fvv_patched_clear(s);
+  return FVV_OK;
 }
 
 fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *payload, size_t size,
@@ -124,7 +137,6 @@ fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *
     s->broken = 1;
     return status;
   }
-  end_frame(s);
   return FVV_OK;
 }
 
@@ -227,42 +239,71 @@ static void choose_steps(const fvv_mesh_sequence *s, const fvv_mesh_delta_option
   }
 }
 
-static fvv_status append_uleb(fvv_bytes *bytes, uint64_t value) {
-  uint8_t coded[10];
-  return fvv_bytes_append(bytes, coded, fvv_put_uleb(coded, value));
-}
-
-static fvv_status put_payload(const fvv_mesh_sequence *s, const fvv_delta_frame *frame, const fvv_bytes *data,
-                              fvv_bytes *payload) {
+fvv_status fvv_delta_put_header(const fvv_mesh_sequence *s, uint8_t profile, uint32_t vertices,
+                                uint32_t faces, fvv_bytes *payload) {
   uint8_t header[FVV_MESH_SIZE] = {0};
-  header[FVV_MESH_PROFILE] = FVV_MESH_DELTA;
+  header[FVV_MESH_PROFILE] = profile;
   header[FVV_MESH_ATTRIBUTES] = fvv_mesh_attributes(&s->mesh);
   header[FVV_MESH_TEXTURE_BITS] = s->mesh.texture_bits;
   header[FVV_MESH_NORMAL_BITS] = s->mesh.normal_bits;
-  fvv_put_u32(header + FVV_MESH_VERTEX_COUNT, s->mesh.vertex_count);
-  fvv_put_u32(header + FVV_MESH_FACE_COUNT, s->mesh.face_count);
-  fvv_status status = fvv_bytes_append(payload, header, sizeof header);
-  if (status == FVV_OK) status = append_uleb(payload, (uint64_t)s->frame + 1);
-  if (status == FVV_OK) status = append_uleb(payload, s->hierarchy.level_count);
+  fvv_put_u32(header + FVV_MESH_VERTEX_COUNT, vertices);
+  fvv_put_u32(header + FVV_MESH_FACE_COUNT, faces);
+  return fvv_bytes_append(payload, header, sizeof header);
+}
+
+static fvv_status put_levels(const fvv_mesh_sequence *s, const fvv_delta_frame *frame, const fvv_bytes *data,
+                             fvv_bytes *payload) {
+  fvv_status status = fvv_bytes_append_uleb(payload, (uint64_t)s->frame + 1);
+  if (status == FVV_OK) status = fvv_bytes_append_uleb(payload, s->hierarchy.level_count);
   for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++) {
-    status = append_uleb(payload, frame->level[k].step);
-    if (status == FVV_OK) status = append_uleb(payload, frame->level[k].size);
+    status = fvv_bytes_append_uleb(payload, frame->level[k].step);
+    if (status == FVV_OK) status = fvv_bytes_append_uleb(payload, frame->level[k].size);
   }
   return status == FVV_OK ? fvv_bytes_append(payload, data->data, data->size) : status;
 }
 
-static fvv_status check(const fvv_mesh_sequence *s, const int32_t *lattice,
-                        const fvv_mesh_delta_options *options, fvv_diagnostic *diagnostic) {
+static fvv_mesh_delta_options options_or_default(const fvv_mesh_delta_options *options) {
+  fvv_mesh_delta_options chosen;
+  fvv_mesh_delta_options_default(&chosen);
+  if (options)
+    memcpy(&chosen, options, options->struct_size < sizeof chosen ? options->struct_size : sizeof chosen);
+  return chosen;
+}
+
+fvv_status fvv_delta_check_input(const fvv_mesh_sequence *s, const int32_t *lattice,
+                                 const fvv_mesh_delta_options *options, fvv_diagnostic *diagnostic) {
+  const fvv_mesh_delta_options chosen = options_or_default(options);
   if (s->broken)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, 0, 0,
                     "a frame of this sequence was wrong: nothing can follow it");
-  if (options->max_error > FVV_DELTA_ERROR_MAX)
+  if (chosen.max_error > FVV_DELTA_ERROR_MAX)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "an error of %lu steps is allowed, at most %d",
-                    (unsigned long)options->max_error, FVV_DELTA_ERROR_MAX);
+                    (unsigned long)chosen.max_error, FVV_DELTA_ERROR_MAX);
   for (size_t i = 0; i < 3 * (size_t)s->mesh.vertex_count; i++)
     if (lattice[i] > FVV_LATTICE_MAX || lattice[i] < -FVV_LATTICE_MAX)
       return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
                       "vertex %zu: %c index %ld is outside +-2^28", i / 3, "xyz"[i % 3], (long)lattice[i]);
+  return FVV_OK;
+}
+
+fvv_status fvv_delta_put_levels(fvv_mesh_sequence *s, const int32_t *lattice,
+                                const fvv_mesh_delta_options *options, fvv_bytes *payload,
+                                fvv_diagnostic *diagnostic) {
+  const fvv_mesh_delta_options chosen = options_or_default(options);
+  fvv_delta_frame frame;
+  choose_steps(s, &chosen, &frame);
+  fvv_bytes data = {NULL, 0, 0, s->allocator};
+  fvv_status status = FVV_OK;
+  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
+    status = encode_level(s, k, &frame.level[k], lattice, &data);
+  if (status == FVV_OK) status = put_levels(s, &frame, &data, payload);
+  fvv_bytes_free(&data);
+  if (status != FVV_OK) {
+    s->broken = 1;
+    return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for a delta frame of %lu vertices",
+                    (unsigned long)s->mesh.vertex_count);
+  }
+  end_frame(s);
   return FVV_OK;
 }
 
@@ -273,24 +314,12 @@ fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *
   fvv_mesh_sequence *s = sequence;
   if (!payload->allocator.resize) payload->allocator = s->allocator;
   payload->size = 0;
-  fvv_mesh_delta_options chosen;
-  fvv_mesh_delta_options_default(&chosen);
-  if (options)
-    memcpy(&chosen, options, options->struct_size < sizeof chosen ? options->struct_size : sizeof chosen);
-  fvv_status status = check(s, lattice, &chosen, diagnostic);
+  fvv_status status = fvv_delta_check_input(s, lattice, options, diagnostic);
   if (status != FVV_OK) return status;
-  fvv_delta_frame frame;
-  choose_steps(s, &chosen, &frame);
-  fvv_bytes data = {NULL, 0, 0, s->allocator};
-  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
-    status = encode_level(s, k, &frame.level[k], lattice, &data);
-  if (status == FVV_OK) status = put_payload(s, &frame, &data, payload);
-  fvv_bytes_free(&data);
-  if (status != FVV_OK) {
-    s->broken = 1;
-    return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for a delta frame of %lu vertices",
+  if (fvv_delta_put_header(s, FVV_MESH_DELTA, s->mesh.vertex_count, s->mesh.face_count, payload) != FVV_OK)
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for a delta frame of %lu vertices",
                     (unsigned long)s->mesh.vertex_count);
-  }
-  end_frame(s);
-  return FVV_OK;
+  status = fvv_delta_put_levels(s, lattice, options, payload, diagnostic);
+  if (status == FVV_OK) fvv_patched_clear(s);
+  return status;
 }

@@ -92,7 +92,7 @@ typedef uint64_t fvv_delta_residuals;
 struct fvv_mesh_sequence {
   fvv_allocator allocator;
   fvv_delta_hierarchy hierarchy;
-  fvv_mesh mesh;                     /* the current frame; faces and texture of the key */
+  fvv_mesh mesh;                     /* the key mesh as it is in the current frame */
   int32_t *place;                    /* the current frame's states in coding order, x 3 */
   int32_t *motion;                   /* from the frame before, in coding order, x 3 */
   fvv_delta_residuals *now, *before; /* of this frame and the one before, in coding order */
@@ -102,6 +102,11 @@ struct fvv_mesh_sequence {
    * x 3, and room for those of the current frame's faces. */
   uint32_t *sent_normals;
   double *key_normals, *face_normals;
+  /* Of patched frames: for each face of the key mesh whether the frame leaves it out, NULL until the first
+   * such frame; its patch, empty when it has none; and both in one, empty when the frame has the key mesh's
+   * faces. */
+  uint8_t *absent;
+  fvv_mesh patch, merged;
   uint32_t frame; /* 0: the key */
   int broken;     /* a frame failed: nothing that follows can be decoded */
 };
@@ -210,9 +215,29 @@ typedef struct fvv_delta_frame {
   fvv_delta_level level[FVV_MESH_LEVELS_MAX];
 } fvv_delta_frame;
 
-/* FVV_OK, or the diagnostic says what does not fit. */
+/* The MESH header of the next frame, of either profile: FVV_OK, or the diagnostic says what does not fit the
+ * key mesh. */
 FVV_MUST_USE fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
-                                              fvv_delta_frame *frame, fvv_diagnostic *diagnostic);
+                                              const fvv_limits *limits, fvv_mesh_header *header,
+                                              fvv_diagnostic *diagnostic);
+/* The same for number and levels of the delta_mesh() at an offset. */
+FVV_MUST_USE fvv_status fvv_delta_read_levels(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
+                                              size_t at, fvv_delta_frame *frame, fvv_diagnostic *diagnostic);
+
+/* What writers of both profiles share. */
+
+/* The sequence can go on, with these arguments. */
+FVV_MUST_USE fvv_status fvv_delta_check_input(const fvv_mesh_sequence *s, const int32_t *lattice,
+                                              const fvv_mesh_delta_options *options,
+                                              fvv_diagnostic *diagnostic);
+/* Appends a MESH header with the attributes of the key mesh. */
+FVV_MUST_USE fvv_status fvv_delta_put_header(const fvv_mesh_sequence *s, uint8_t profile, uint32_t vertices,
+                                             uint32_t faces, fvv_bytes *payload);
+/* Appends the delta_mesh() that moves the vertices of the key mesh to lattice, and ends the frame. Of the
+ * statuses that are not FVV_OK only FVV_ERROR_MEMORY occurs; the state is broken then. */
+FVV_MUST_USE fvv_status fvv_delta_put_levels(fvv_mesh_sequence *s, const int32_t *lattice,
+                                             const fvv_mesh_delta_options *options, fvv_bytes *payload,
+                                             fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

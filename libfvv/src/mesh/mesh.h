@@ -33,6 +33,11 @@ const char *fvv_lattice_not_finite(double x);
  * case. */
 int fvv_mesh_allocate(fvv_mesh *mesh);
 
+/* A mesh of the profile follows others of its track: it does not decode alone. */
+static inline int fvv_mesh_follows(uint8_t profile) {
+  return profile == FVV_MESH_DELTA || profile == FVV_MESH_PATCHED;
+}
+
 /* The attribute bits of a MESH header (clause 8.3). */
 static inline uint8_t fvv_mesh_attributes(const fvv_mesh *mesh) {
   return (uint8_t)((mesh->texture ? FVV_MESH_HAS_TEXTURE : 0) | (mesh->normals ? FVV_MESH_HAS_NORMALS : 0));
@@ -55,6 +60,9 @@ typedef enum fvv_mesh_origin {
  * different ones a face, no vertex unused. */
 FVV_MUST_USE fvv_status fvv_mesh_check(const fvv_mesh *mesh, fvv_mesh_origin origin,
                                        const fvv_allocator *allocator, fvv_diagnostic *diagnostic);
+/* The same for the caller's mesh of a frame, which may have vertices that no face uses: a patched frame
+ * leaves out faces of its key mesh. */
+FVV_MUST_USE fvv_status fvv_mesh_check_values(const fvv_mesh *mesh, fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

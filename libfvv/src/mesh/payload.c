@@ -11,9 +11,11 @@
 #include "mesh/fast.h"
 #include "mesh/hash.h"
 #include "mesh/mesh.h"
+#include "mesh/patched.h"
 
 const char *fvv_mesh_profile_name(uint8_t profile) {
-  static const char *const names[FVV_MESH_PROFILE_COUNT] = {"raw", "draco", "delta", "field", "fast"};
+  static const char *const names[FVV_MESH_PROFILE_COUNT] = {"raw",   "draco", "delta",
+                                                            "field", "fast",  "patched"};
   return profile < FVV_MESH_PROFILE_COUNT ? names[profile] : NULL;
 }
 
@@ -32,7 +34,8 @@ static fvv_status invalid(fvv_diagnostic *diagnostic, uint32_t issue, uint64_t o
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, FVV_CHUNK_MESH, offset, "%s", text);
 }
 
-static fvv_status check_size(const fvv_mesh_header *header, const uint8_t *data, fvv_diagnostic *diagnostic) {
+static fvv_status check_size(const fvv_mesh_header *header, const uint8_t *data, const fvv_limits *limits,
+                             fvv_diagnostic *diagnostic) {
   const uint64_t raw =
       raw_size(header->vertex_count, header->face_count, header->texture_bits, header->normal_bits);
   const fvv_draco_counts counts = {header->vertex_count, header->face_count};
@@ -50,12 +53,16 @@ static fvv_status check_size(const fvv_mesh_header *header, const uint8_t *data,
     fvv_fast_streams streams;
     return fvv_fast_split(data, header, &streams, diagnostic);
   }
+  if (header->profile == FVV_MESH_PATCHED) {
+    fvv_patched_parts parts;
+    return fvv_patched_split(data, header, limits, &parts, diagnostic);
+  }
   return FVV_OK;
 }
 
 static int known_profile(uint8_t profile) {
-  return profile == FVV_MESH_RAW || profile == FVV_MESH_DRACO || profile == FVV_MESH_DELTA ||
-         profile == FVV_MESH_FAST;
+  return profile == FVV_MESH_RAW || profile == FVV_MESH_DRACO || profile == FVV_MESH_FAST ||
+         fvv_mesh_follows(profile);
 }
 
 static fvv_status check_attributes(const uint8_t *payload, fvv_diagnostic *diagnostic) {
@@ -96,7 +103,7 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
                                 payload[FVV_MESH_NORMAL_BITS]};
   if (!known_profile(read.profile))
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
-                    FVV_MESH_PROFILE, "mesh profile %u is not known, 0 to 2 and 4 are", read.profile);
+                    FVV_MESH_PROFILE, "mesh profile %u is not known, 0 to 2, 4 and 5 are", read.profile);
   fvv_status status = check_attributes(payload, diagnostic);
   if (status != FVV_OK) return status;
   if (fvv_get_u32(payload + FVV_MESH_RESERVED))
@@ -111,7 +118,7 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
                     "%lu vertices and %lu faces, this reader takes at most %lu and %lu",
                     (unsigned long)read.vertex_count, (unsigned long)read.face_count,
                     (unsigned long)most.max_vertices, (unsigned long)most.max_faces);
-  status = check_size(&read, payload + FVV_MESH_SIZE, diagnostic);
+  status = check_size(&read, payload + FVV_MESH_SIZE, &most, diagnostic);
   if (status == FVV_OK) *header = read;
   return status;
 }
@@ -163,9 +170,10 @@ fvv_status fvv_mesh_decode(const uint8_t *payload, size_t size, const fvv_limits
   fvv_mesh_header header;
   fvv_status status = fvv_mesh_peek(payload, size, limits, &header, diagnostic);
   if (status != FVV_OK) return status;
-  if (header.profile == FVV_MESH_DELTA)
-    return invalid(diagnostic, FVV_ISSUE_MESH_KEY, FVV_MESH_PROFILE,
-                   "a delta frame does not stand alone, it needs the key mesh before it");
+  if (fvv_mesh_follows(header.profile))
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_KEY, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
+                    "a %s frame does not stand alone, it needs the key mesh before it",
+                    fvv_mesh_profile_name(header.profile));
   mesh->allocator = fvv_allocator_or_default(allocator);
   mesh->vertex_count = header.vertex_count;
   mesh->face_count = header.face_count;
@@ -337,7 +345,7 @@ static fvv_status encode_reporting(const fvv_mesh *mesh, uint8_t profile, int le
   const fvv_allocator memory = fvv_allocator_or_default(allocator);
   if (!payload->allocator.resize) payload->allocator = memory;
   payload->size = 0;
-  if (profile == FVV_MESH_DELTA || !known_profile(profile))
+  if (fvv_mesh_follows(profile) || !known_profile(profile))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "mesh profile %u is not one to encode with",
                     profile);
   if (level < 0 || level > 10)

@@ -91,6 +91,9 @@ void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence) {
   fvv_release(&allocator, s->sent_normals, vertices * 2 * sizeof *s->sent_normals);
   fvv_release(&allocator, s->key_normals, vertices * 3 * sizeof *s->key_normals);
   fvv_release(&allocator, s->face_normals, vertices * 3 * sizeof *s->face_normals);
+  fvv_release(&allocator, s->absent, s->mesh.face_count);
+  fvv_mesh_free(&s->merged);
+  fvv_mesh_free(&s->patch);
   fvv_release(&allocator, s->models, s->hierarchy.level_count * sizeof *s->models);
   fvv_delta_hierarchy_free(&s->hierarchy);
   fvv_mesh_free(&s->mesh);
@@ -98,7 +101,7 @@ void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence) {
 }
 
 const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence) {
-  return &sequence->mesh;
+  return sequence->merged.lattice ? &sequence->merged : &sequence->mesh;
 }
 
 void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level, uint32_t step) {
@@ -113,32 +116,35 @@ void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level, uint32_t step
 }
 
 fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
-                                 fvv_delta_frame *frame, fvv_diagnostic *diagnostic) {
-  fvv_limits limits;
-  fvv_limits_default(&limits);
-  limits.max_vertices = limits.max_faces = UINT32_MAX; /* the key has passed the caller's */
-  fvv_mesh_header header;
-  fvv_status status = fvv_mesh_peek(payload, size, &limits, &header, diagnostic);
+                                 const fvv_limits *limits, fvv_mesh_header *header,
+                                 fvv_diagnostic *diagnostic) {
+  const fvv_status status = fvv_mesh_peek(payload, size, limits, header, diagnostic);
   if (status != FVV_OK) return status;
-  if (header.profile != FVV_MESH_DELTA)
+  if (!fvv_mesh_follows(header->profile))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
-                    "a mesh of profile %u begins a sequence, it does not go on with one", header.profile);
-  if (header.vertex_count != s->mesh.vertex_count || header.face_count != s->mesh.face_count ||
-      header.texture_bits != s->mesh.texture_bits || header.normal_bits != s->mesh.normal_bits)
+                    "a mesh of profile %u begins a sequence, it does not go on with one", header->profile);
+  if (header->texture_bits != s->mesh.texture_bits || header->normal_bits != s->mesh.normal_bits ||
+      (header->profile == FVV_MESH_DELTA &&
+       (header->vertex_count != s->mesh.vertex_count || header->face_count != s->mesh.face_count)))
     return fvv_fail(
         diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_KEY, FVV_CHUNK_MESH, FVV_MESH_VERTEX_COUNT,
         "%lu vertices, %lu faces, %u texture and %u normal bits, the key mesh has %lu, %lu, %u and %u",
-        (unsigned long)header.vertex_count, (unsigned long)header.face_count, header.texture_bits,
-        header.normal_bits, (unsigned long)s->mesh.vertex_count, (unsigned long)s->mesh.face_count,
+        (unsigned long)header->vertex_count, (unsigned long)header->face_count, header->texture_bits,
+        header->normal_bits, (unsigned long)s->mesh.vertex_count, (unsigned long)s->mesh.face_count,
         s->mesh.texture_bits, s->mesh.normal_bits);
-  fvv_cursor cursor = {payload, size, FVV_MESH_SIZE, 0};
+  return FVV_OK;
+}
+
+fvv_status fvv_delta_read_levels(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size, size_t at,
+                                 fvv_delta_frame *frame, fvv_diagnostic *diagnostic) {
+  fvv_cursor cursor = {payload, size, at, 0};
   const uint64_t number = fvv_cursor_uleb(&cursor), levels = fvv_cursor_uleb(&cursor);
   if (!cursor.failed && number != (uint64_t)s->frame + 1)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_NUMBER, FVV_CHUNK_MESH, FVV_MESH_SIZE,
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_NUMBER, FVV_CHUNK_MESH, at,
                     "delta frame %llu behind frame %lu of the group: frames are missing",
                     (unsigned long long)number, (unsigned long)s->frame);
   if (!cursor.failed && levels != s->hierarchy.level_count)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, FVV_MESH_SIZE,
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, at,
                     "%llu levels, the key mesh has %lu", (unsigned long long)levels,
                     (unsigned long)s->hierarchy.level_count);
   uint64_t all = 0;
@@ -153,7 +159,7 @@ fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payl
     all += frame->level[k].size;
   }
   if (cursor.failed || all != size - cursor.position)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_SIZE, FVV_CHUNK_MESH, FVV_MESH_SIZE,
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_SIZE, FVV_CHUNK_MESH, at,
                     "the levels' sizes do not add up to the payload's");
   size_t offset = cursor.position;
   for (uint32_t k = 0; k < s->hierarchy.level_count; k++) {

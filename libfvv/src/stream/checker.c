@@ -358,7 +358,7 @@ static fvv_status judge_colours_chunk(const fvv_event *event, uint64_t group, in
     return fvv_colours_check(event->payload, size, key, configuration, limits, &header, diagnostic);
   fvv_bytes colours = {NULL, 0, 0, *allocator};
   const fvv_status status =
-      fvv_colours_add(event->payload, size, key, current ? fvv_mesh_frames_key(&mesh->frames) : NULL,
+      fvv_colours_add(event->payload, size, key, current ? fvv_mesh_frames_new(&mesh->frames) : NULL,
                       configuration, limits, &colours, diagnostic);
   fvv_bytes_free(&colours);
   return status;

@@ -337,16 +337,24 @@ static int has_chunk_of(const fvv_frames *f, uint16_t track) {
   return 0;
 }
 
-static int has_key_mesh(const fvv_frames *f) {
+/* A key mesh, or one with a patch. Without payloads every mesh may be one. */
+static int has_coloured_mesh(const fvv_frames *f) {
   const fvv_frame_chunk *chunks = (const fvv_frame_chunk *)f->frame.chunks.data;
-  for (size_t i = 0; i < f->frame.chunks.size / sizeof *chunks; i++)
-    if (chunks[i].header.type == FVV_CHUNK_MESH && chunks[i].header.flags & FVV_FLAG_KEY) return 1;
+  const uint8_t *payload = f->frame.payloads.data;
+  for (size_t i = 0; i < f->frame.chunks.size / sizeof *chunks; i++) {
+    const fvv_chunk_header *header = &chunks[i].header;
+    if (header->type == FVV_CHUNK_MESH &&
+        (header->flags & FVV_FLAG_KEY || f->analyses ||
+         (header->size > FVV_MESH_PROFILE && payload[FVV_MESH_PROFILE] == FVV_MESH_PATCHED)))
+      return 1;
+    if (!f->analyses) payload += fvv_padded(header->size);
+  }
   return 0;
 }
 
 /* Whether nothing more can belong to the current frame: it has a chunk of every track, and no track has two
- * at one time (clause 6.2). Only key meshes have colours, and no frame consists of colours alone. Sound comes
- * after the frame. With an environment track it waits, as few frames have a chunk of that. */
+ * at one time (clause 6.2). Only key meshes and patches have colours, and no frame consists of colours alone.
+ * Sound comes after the frame. With an environment track it waits, as few frames have a chunk of that. */
 static int is_complete(const fvv_frames *f) {
   const fvv_configuration *c = f->configuration;
   size_t present = 0;
@@ -356,7 +364,7 @@ static int is_complete(const fvv_frames *f) {
     if (kind == FVV_TRACK_ENVIRONMENT) return 0;
     if (!is_of_frames(kind)) continue;
     const int has = has_chunk_of(f, c->tracks[i].id);
-    if (!has && (kind != FVV_TRACK_COLOURS || has_key_mesh(f))) return 0;
+    if (!has && (kind != FVV_TRACK_COLOURS || has_coloured_mesh(f))) return 0;
     present += has && kind != FVV_TRACK_COLOURS;
   }
   return present != 0;

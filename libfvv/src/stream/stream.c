@@ -8,6 +8,7 @@
 #include "base/layout.h"
 #include "base/memory.h"
 #include "mesh/mesh.h"
+#include "mesh/patched.h"
 #include "stream/tracks.h"
 
 /* The chunks of a frame: a run within its group's list, which begins with first. */
@@ -592,12 +593,15 @@ fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t trac
   return status;
 }
 
-/* Colours of frames by number: those of the key mesh on which the frame's mesh depends. */
+/* Colours of frames by number: those of the key mesh on which the frame's mesh depends, and those of its
+ * patch. */
 
 typedef struct followed_colours {
   uint16_t track; /* of the meshes */
   uint64_t chunk; /* offset of the chunk that was decoded last; 0: none */
-  fvv_bytes rgb;
+  uint64_t patch; /* of the mesh whose patch's colours follow; 0: none do */
+  size_t key_size;
+  fvv_bytes rgb; /* key_size bytes of the key mesh, then those of a patch */
 } followed_colours;
 
 static void release_colours(fvv_stream *stream) {
@@ -606,7 +610,7 @@ static void release_colours(fvv_stream *stream) {
   fvv_bytes_free(&stream->colours);
 }
 
-/* The COLR chunk at the time of a key mesh that names its track. end: behind the chunks that may be it.
+/* The COLR chunk at the time of a mesh that names its track. end: behind the chunks that may be it.
  * FVV_END: there is none. */
 static fvv_status find_colours(fvv_stream *s, const fvv_configuration *configuration,
                                const fvv_chunk_info *key, const fvv_chunk_info *end,
@@ -627,20 +631,75 @@ static fvv_status find_colours(fvv_stream *s, const fvv_configuration *configura
   return FVV_END;
 }
 
-static fvv_status decode_colours(fvv_stream *s, const fvv_configuration *configuration,
-                                 const fvv_chunk_info *key, const fvv_chunk_info *chunk, fvv_bytes *rgb,
-                                 fvv_diagnostic *diagnostic) {
-  fvv_mesh mesh = {0};
+/* mesh: what the chunk describes. */
+static fvv_status decode_colours(fvv_stream *s, const fvv_configuration *configuration, const fvv_mesh *mesh,
+                                 const fvv_chunk_info *chunk, fvv_bytes *rgb, fvv_diagnostic *diagnostic) {
   const uint8_t *payload;
+  fvv_status status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
+  if (status != FVV_OK) return status;
+  status = fvv_colours_add(payload, (size_t)chunk->size, chunk->flags & FVV_FLAG_KEY, mesh, configuration,
+                           &s->limits, rgb, diagnostic);
+  if (status != FVV_OK)
+    fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_COLOURS);
+  return status;
+}
+
+static fvv_status colour_key(fvv_stream *s, const fvv_configuration *configuration, const fvv_chunk_info *key,
+                             const fvv_chunk_info *chunk, followed_colours *followed,
+                             fvv_diagnostic *diagnostic) {
+  if (followed->chunk == chunk->offset) return FVV_OK;
+  followed->chunk = followed->patch = 0;
+  fvv_mesh mesh = {0};
   fvv_status status = decode_key(s, key, &mesh, diagnostic);
-  if (status == FVV_OK) status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
-  if (status == FVV_OK) {
-    status = fvv_colours_add(payload, (size_t)chunk->size, chunk->flags & FVV_FLAG_KEY, &mesh, configuration,
-                             &s->limits, rgb, diagnostic);
-    if (status != FVV_OK)
-      fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_COLOURS);
-  }
+  if (status == FVV_OK) status = decode_colours(s, configuration, &mesh, chunk, &followed->rgb, diagnostic);
   fvv_mesh_free(&mesh);
+  if (status != FVV_OK) return status;
+  followed->chunk = chunk->offset;
+  followed->key_size = followed->rgb.size;
+  return FVV_OK;
+}
+
+/* Appends the colours of a patch: those of its COLR or, without one, the colour of what no camera shows. end:
+ * behind the chunks of the frame. */
+static fvv_status append_patch(fvv_stream *s, const fvv_configuration *configuration,
+                               const fvv_chunk_info *wanted, const fvv_chunk_info *end, const fvv_mesh *patch,
+                               fvv_bytes *rgb, fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *chunk = NULL;
+  fvv_bytes own = {NULL, 0, 0, s->allocator};
+  fvv_status status = find_colours(s, configuration, wanted, end, &chunk, diagnostic);
+  if (status == FVV_OK) {
+    status = decode_colours(s, configuration, patch, chunk, &own, diagnostic);
+    if (status == FVV_OK) status = fvv_bytes_append(rgb, own.data, own.size);
+  } else if (status == FVV_END) {
+    status = FVV_OK;
+    for (uint32_t v = 0; v < patch->vertex_count && status == FVV_OK; v++)
+      status = fvv_bytes_append(rgb, configuration->texturing.unseen, 3);
+  }
+  fvv_bytes_free(&own);
+  if (status != FVV_ERROR_MEMORY) return status;
+  return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory for colours");
+}
+
+/* The colours that follow those of the key mesh: none but those of the wanted frame's patch. */
+static fvv_status colour_patch(fvv_stream *s, const fvv_configuration *configuration,
+                               const fvv_chunk_info *wanted, const fvv_chunk_info *end,
+                               followed_colours *followed, fvv_diagnostic *diagnostic) {
+  if (followed->patch == wanted->offset) return FVV_OK;
+  followed->patch = 0;
+  followed->rgb.size = followed->key_size;
+  if (wanted->flags & FVV_FLAG_KEY) return FVV_OK;
+  const uint8_t *payload;
+  fvv_mesh patch;
+  fvv_status status = fvv_file_read_chunk(s->file, wanted, &payload, diagnostic);
+  if (status != FVV_OK) return status;
+  status =
+      fvv_patched_decode_patch(payload, (size_t)wanted->size, &s->limits, &s->allocator, &patch, diagnostic);
+  if (status != FVV_OK)
+    fvv_diagnostic_rebase(diagnostic, wanted->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_MESH);
+  else if (patch.lattice)
+    status = append_patch(s, configuration, wanted, end, &patch, &followed->rgb, diagnostic);
+  fvv_mesh_free(&patch);
+  if (status == FVV_OK) followed->patch = wanted->offset;
   return status;
 }
 
@@ -653,8 +712,9 @@ fvv_status fvv_stream_colours(fvv_stream *stream, size_t frame, uint16_t mesh_tr
   const fvv_configuration *configuration;
   fvv_status status = find_configured(stream, frame, &found, &configuration, diagnostic);
   if (status < 0) return status;
-  const fvv_chunk_info *key = chunk_of(&found, FVV_CHUNK_MESH, mesh_track), *chunk = NULL;
-  if (!key) return FVV_END;
+  const fvv_chunk_info *const wanted = chunk_of(&found, FVV_CHUNK_MESH, mesh_track);
+  const fvv_chunk_info *key = wanted, *chunk = NULL;
+  if (!wanted) return FVV_END;
   while (key > found.first && !(is_mesh(key, mesh_track) && key->flags & FVV_FLAG_KEY)) key--;
   if (!is_mesh(key, mesh_track) || !(key->flags & FVV_FLAG_KEY)) return FVV_END;
   status = find_colours(stream, configuration, key, found.chunks + found.count, &chunk, diagnostic);
@@ -664,12 +724,10 @@ fvv_status fvv_stream_colours(fvv_stream *stream, size_t frame, uint16_t mesh_tr
   if (status != FVV_OK) return fvv_fail(diagnostic, status, 0, 0, 0, "%s", fvv_status_text(status));
   followed_colours *followed = kept;
   followed->rgb.allocator = stream->allocator;
-  if (followed->chunk != chunk->offset) {
-    followed->chunk = 0;
-    status = decode_colours(stream, configuration, key, chunk, &followed->rgb, diagnostic);
-    if (status != FVV_OK) return status;
-    followed->chunk = chunk->offset;
-  }
+  const fvv_chunk_info *const end = found.chunks + found.count;
+  status = colour_key(stream, configuration, key, chunk, followed, diagnostic);
+  if (status == FVV_OK) status = colour_patch(stream, configuration, wanted, end, followed, diagnostic);
+  if (status != FVV_OK) return status;
   *colours = followed->rgb.data;
   *vertex_count = (uint32_t)(followed->rgb.size / 3);
   return FVV_OK;

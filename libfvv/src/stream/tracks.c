@@ -7,6 +7,7 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/memory.h"
+#include "mesh/mesh.h"
 #include "stream/configuration.h"
 
 void fvv_mesh_frames_reset(fvv_mesh_frames *frames) {
@@ -16,11 +17,10 @@ void fvv_mesh_frames_reset(fvv_mesh_frames *frames) {
 }
 
 fvv_status fvv_mesh_frames_check_flag(const fvv_mesh_header *header, int key, fvv_diagnostic *diagnostic) {
-  if ((header->profile != FVV_MESH_DELTA) == (key != 0)) return FVV_OK;
+  if (fvv_mesh_follows(header->profile) != (key != 0)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_KEY, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
-                  key ? "delta frame in a chunk with the key flag"
-                      : "mesh of profile %u in a chunk without the key flag",
-                  header->profile);
+                  "mesh of profile %u, %s, in a chunk %s the key flag", header->profile,
+                  fvv_mesh_profile_name(header->profile), key ? "with" : "without");
 }
 
 static fvv_status add_mesh(fvv_mesh_frames *frames, const uint8_t *payload, size_t size, int key,
@@ -36,7 +36,8 @@ static fvv_status add_mesh(fvv_mesh_frames *frames, const uint8_t *payload, size
   }
   if (!frames->key.lattice)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_KEY, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
-                    "delta frame without a key mesh of its track before it in the group");
+                    "%s frame without a key mesh of its track before it in the group",
+                    fvv_mesh_profile_name(header.profile));
   if (!frames->sequence)
     status = fvv_mesh_sequence_open(&frames->key, allocator, &frames->sequence, diagnostic);
   if (status != FVV_OK) return status;
@@ -56,8 +57,9 @@ const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames) {
   return frames->key.lattice ? &frames->key : NULL;
 }
 
-const fvv_mesh *fvv_mesh_frames_key(const fvv_mesh_frames *frames) {
-  return frames->key.lattice && !frames->sequence ? &frames->key : NULL;
+const fvv_mesh *fvv_mesh_frames_new(const fvv_mesh_frames *frames) {
+  if (frames->sequence) return fvv_mesh_sequence_patch(frames->sequence);
+  return frames->key.lattice ? &frames->key : NULL;
 }
 
 static fvv_status no_memory(fvv_diagnostic *diagnostic) {
@@ -263,9 +265,9 @@ fvv_status fvv_colours_add(const uint8_t *payload, size_t size, int key, const f
   fvv_status status = fvv_colours_check(payload, size, key, configuration, limits, &header, diagnostic);
   if (status != FVV_OK) return status;
   if (!mesh)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_COLOURS_MESH, FVV_CHUNK_COLOURS,
-                    FVV_COLR_MESH_TRACK, "there is no key mesh on track %u at the time of its colours",
-                    header.mesh_track);
+    return fvv_fail(
+        diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_COLOURS_MESH, FVV_CHUNK_COLOURS, FVV_COLR_MESH_TRACK,
+        "there is no key mesh and no patch on track %u at the time of its colours", header.mesh_track);
   uint64_t bytes;
   if (!fvv_multiply_u64(mesh->vertex_count, 3, &bytes) || bytes > SIZE_MAX ||
       fvv_bytes_reserve(colours, (size_t)bytes) != FVV_OK)

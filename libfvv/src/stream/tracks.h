@@ -34,8 +34,9 @@ FVV_MUST_USE fvv_status fvv_mesh_frames_add(fvv_mesh_frames *frames, const uint8
 /* The frame that was added last; NULL before the first. Belongs to frames, until the next add or reset. */
 const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames);
 
-/* The same if it is a key mesh, otherwise NULL. */
-const fvv_mesh *fvv_mesh_frames_key(const fvv_mesh_frames *frames);
+/* What of it no frame before had, and COLR describes: all of a key mesh, the patch of a patched frame,
+ * otherwise NULL. */
+const fvv_mesh *fvv_mesh_frames_new(const fvv_mesh_frames *frames);
 
 /* Zero-initialise; release with fvv_visibility_frames_reset. */
 typedef struct fvv_visibility_frames {
@@ -70,8 +71,9 @@ FVV_MUST_USE fvv_status fvv_colours_check(const uint8_t *payload, size_t size, i
                                           const fvv_configuration *configuration, const fvv_limits *limits,
                                           fvv_colours_header *header, fvv_diagnostic *diagnostic);
 
-/* Decodes a COLR chunk. mesh: the key mesh of its time on its mesh track; NULL: there is none. colours: R, G,
- * B of each vertex, in place of what it holds. Offsets of diagnostics are relative to the payload. */
+/* Decodes a COLR chunk. mesh: the key mesh or patch of its time on its mesh track; NULL: there is none.
+ * colours: R, G, B of each vertex, in place of what it holds. Offsets of diagnostics are relative to the
+ * payload. */
 FVV_MUST_USE fvv_status fvv_colours_add(const uint8_t *payload, size_t size, int key, const fvv_mesh *mesh,
                                         const fvv_configuration *configuration, const fvv_limits *limits,
                                         fvv_bytes *colours, fvv_diagnostic *diagnostic);

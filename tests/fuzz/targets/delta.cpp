@@ -1,4 +1,4 @@
-// Delta frames that follow a hostile key mesh: any connectivity, any motion.
+// Delta and patched frames that follow a hostile key mesh: any connectivity, any motion.
 #include "meshes.h"
 
 FVV_FUZZ_TARGET(delta, fuzz::Form::bytes) {
@@ -19,7 +19,17 @@ FVV_FUZZ_TARGET(delta, fuzz::Form::bytes) {
     fuzz::expect_status(status);
     fuzz::expect(!failed || status == FVV_ERROR_STATE, "nothing decodes after an error");
     failed |= status != FVV_OK;
-    if (status == FVV_OK) fuzz::expect_valid(*fvv_mesh_sequence_mesh(sequence));
+    if (status != FVV_OK) continue;
+    const fvv_mesh &mesh = *fvv_mesh_sequence_mesh(sequence);
+    fuzz::expect_valid(mesh);
+    const fvv_mesh *patch = fvv_mesh_sequence_patch(sequence);
+    const uint8_t *absent = fvv_mesh_sequence_absent(sequence);
+    fuzz::expect(!patch || absent, "only a patched frame has a patch");
+    uint32_t faces = patch ? patch->face_count : 0;
+    for (uint32_t f = 0; f < key.mesh.face_count; f++) faces += !(absent && absent[f]);
+    fuzz::expect(mesh.face_count == faces, "the faces are those that are left and those of the patch");
+    fuzz::expect(mesh.vertex_count == key.mesh.vertex_count + (patch ? patch->vertex_count : 0),
+                 "the vertices are those of the key mesh and of the patch");
   }
   fvv_mesh_sequence_close(sequence);
 }
