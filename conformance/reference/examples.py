@@ -4,6 +4,7 @@ from collections import defaultdict
 
 from .mesh import Mesh
 from .mesh_delta import Levels, Sequence, Weights, predicted
+from .mesh_patched import runs
 from .range_coder import probability
 from .visibility import Surface, decode_stream, side
 
@@ -164,4 +165,16 @@ def visibility():
     ]
 
 
-EXAMPLES = {"levels": levels, "weights": weights, "motion": motion, "visibility": visibility}
+def patched():
+    frames = [[face in absent for face in range(10)] for absent in ((), (3, 4, 5), (4, 5, 6))]
+    first, second = (points(runs(*pair)) for pair in zip(frames, frames[1:]))
+    return [
+        "A key mesh has 10 faces. Its first patched frame leaves out faces 3, 4 and 5, the second, which follows",
+        "it, faces 4, 5 and 6. The runs are",
+        "",
+        f"    first     {first}",
+        f"    second    {second}",
+    ]
+
+
+EXAMPLES = {"runs": patched, "levels": levels, "weights": weights, "motion": motion, "visibility": visibility}

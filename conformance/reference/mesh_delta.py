@@ -135,9 +135,9 @@ class Sequence:
         """The positions of the last frame."""
         return [[x + 2 >> 2 for x in state] for state in self.states]
 
-    def add(self, payload):
-        """Decodes a whole MESH payload of profile 2."""
-        numbers = Numbers(payload, 16, 3021)
+    def add(self, payload, at=16):
+        """Decodes the delta_mesh( ) that is in a MESH payload from an offset on."""
+        numbers = Numbers(payload, at, 3021)
         self.frame += 1
         number = numbers.next()
         demand(number == self.frame, 3019, f"delta frame {number}, expected {self.frame}")

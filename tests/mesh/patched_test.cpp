@@ -250,7 +250,14 @@ TEST_CASE("3018, 3033 to 3036: each rule of a patched payload has its issue") {
   CHECK(offset == patch + 16 + 12 * size_t(patch_vertices));
   CHECK(look(changed([&](Parts &p) { fvv_put_u32(&p.patch[16], uint32_t(FVV_LATTICE_MAX) + 1); })) ==
         FVV_ISSUE_MESH_LATTICE);
-  // What it has in common with a delta frame.
+  // What it has in common with a delta frame. A frame that is missing is found by the number, whatever else
+  // does not fit then.
+  {
+    Sequence decoder(*c.key);
+    fvv_diagnostic diagnostic = {};
+    CHECK(decoder.decode(changed([](Parts &p) { p.runs[2]--; }), &diagnostic) == FVV_ERROR_INVALID);
+    CHECK(diagnostic.issue == FVV_ISSUE_DELTA_NUMBER);
+  }
   CHECK(look(changed([](Parts &p) { p.delta[0] = 1; })) == FVV_ISSUE_DELTA_NUMBER);
   CHECK(look(changed([](Parts &p) { p.delta[1]++; })) == FVV_ISSUE_DELTA_LEVELS);
   CHECK(look(changed([](Parts &p) { p.delta.push_back(0); })) == FVV_ISSUE_DELTA_SIZE);

@@ -102,7 +102,7 @@ class Environment:
         demand(picture == NO_PICTURE or picture < len(self.pictures), 8005, f"picture {picture}")
         demand(all(map(math.isfinite, place)) and min(place[2:]) > 0, 8005, "origin or size of a texture")
         header = meshes.Header(body)
-        demand(header.profile != meshes.DELTA, 8005, "a delta mesh")
+        demand(header.profile in meshes.INDEPENDENT, 8005, f"a mesh of profile {header.profile}")
         demand(picture == NO_PICTURE or header.attributes & meshes.TEXTURE, 8005, "no texture coordinates")
         return meshes.independent(header, body), place
 

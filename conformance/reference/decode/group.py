@@ -51,6 +51,7 @@ class Group:
         self.frames, self.sounds, self.environments = {}, [], {}
         self.tracks, self.mesh_times, self.key_times = {}, {}, {}
         self.colours, self.surfaces, self.calibration_lost = {}, {}, False
+        self.patch_colours = {}  # by mesh track and time
         cameras = block.cameras.values() if block else ()
         self.static = {camera.id: camera.numbers for camera in cameras if not camera.moves}
         self.lenses = {camera.id: camera.lens for camera in cameras if camera.moves}
@@ -129,6 +130,10 @@ class Group:
         sequence = self.tracks[b"MESH", track].sequence
         return sequence.mesh if sequence else None
 
+    def described(self, track, time):
+        """What COLR describes: a key mesh, or the patch of a frame after it."""
+        return self.mesh_of(track) if self.key_at(track, time) else self.tracks[b"MESH", track].sequence.patch
+
     def surface(self, mesh):
         if id(mesh.faces) not in self.surfaces:
             faces = [tuple(face) for face in mesh.faces.tolist()]
@@ -156,7 +161,9 @@ class Group:
             self.calibration_lost = True
             self.tracks.pop((chunk.kind, chunk.track), None)
         elif chunk.kind == b"COLR" and len(chunk.payload) >= 4:
-            self.colours[struct.unpack_from("<H", chunk.payload, 2)[0]] = "lost"
+            track = struct.unpack_from("<H", chunk.payload, 2)[0]
+            if self.key_at(track, chunk.time) or not self.mesh_at(track, chunk.time):
+                self.colours[track] = "lost"
         elif hasattr(state, "lose"):
             state.lose()
 
@@ -203,14 +210,24 @@ class Group:
     def _colour(self, track, time):
         colours = self.colours.get(track)
         if isinstance(colours, numpy.ndarray):
-            self.frame(time).arrays[f"mesh/{track}/colours"] = colours.tobytes()
+            rows = colours.tobytes() + self._patch_colours(track, time)
+            self.frame(time).arrays[f"mesh/{track}/colours"] = rows
         elif colours is not None:
             self.spoil(time)
 
+    def _patch_colours(self, track, time):
+        """Of the patch at that time; `unseen` of TEXR where it has none."""
+        patch = self.tracks[b"MESH", track].sequence.patch
+        unseen = bytes((self.block.texturing or DEFAULTS).unseen)
+        return self.patch_colours.get((track, time), unseen * len(patch.positions) if patch else b"")
+
     def _COLR(self, chunk, key, shown):
         track, colours = surface.colours_of(chunk, key, self)
-        if track not in self.colours and shown:
+        if colours is not None and not self.key_at(track, chunk.time):
+            self.patch_colours.setdefault((track, chunk.time), colours.tobytes())
+        elif track not in self.colours and shown:
             self.colours[track] = "lost" if colours is None else colours
+        if shown and track in self.colours and self.mesh_of(track) is not None:
             self._colour(track, chunk.time)
 
     def _VISI(self, chunk, key, shown):

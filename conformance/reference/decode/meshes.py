@@ -4,11 +4,12 @@ import struct
 
 import numpy
 
-from .. import mesh_delta, mesh_fast, normals
+from .. import mesh_delta, mesh_fast, mesh_patched, normals
 from ..container import demand
 from . import draco
 
-RAW, DRACO, DELTA, FAST = 0, 1, 2, 4
+RAW, DRACO, DELTA, FAST, PATCHED = 0, 1, 2, 4, 5
+INDEPENDENT = RAW, DRACO, FAST
 TEXTURE, NORMALS = 1, 2
 VERTICES, FACES = 4_194_304, 8_388_608
 LATTICE_MAX = 1 << 28
@@ -29,7 +30,7 @@ class Header:
             rest,
         ) = struct.unpack_from("<4B3I", payload)
         demand(rest == 0, 3001, "reserved field")
-        demand(self.profile in (RAW, DRACO, DELTA, FAST), 3002, f"profile {self.profile}")
+        demand(self.profile in (*INDEPENDENT, DELTA, PATCHED), 3002, f"profile {self.profile}")
         demand(self.attributes < 4, 3002, f"attributes {self.attributes}")
         demand(self.vertices <= VERTICES and self.faces <= FACES, 7001, "too large a mesh")
         demand(self.vertices >= 3 and self.faces >= 1, 3003, f"{self.vertices} vertices, {self.faces} faces")
@@ -38,11 +39,11 @@ class Header:
         bits, there = self.normal_bits, self.attributes & NORMALS
         demand(2 <= bits <= 12 if there else bits == 0, 3030, f"{bits} normal bits")
 
-    def same(self, other):
-        mine, others = (
-            (h.attributes, h.texture_bits, h.normal_bits, h.vertices, h.faces) for h in (self, other)
-        )
-        return mine == others
+    def kind(self):
+        return self.attributes, self.texture_bits, self.normal_bits
+
+    def counts(self):
+        return self.vertices, self.faces
 
 
 class Mesh:
@@ -133,11 +134,36 @@ def independent(header, payload):
     return mesh
 
 
+def parts_of(header, payload):
+    """Clause 8.14: the parts of a payload of profile 5, and the header of its patch or None."""
+    parts = mesh_patched.Parts(payload)
+    if not parts.patch:
+        return parts, None
+    demand(len(parts.patch) >= 16, 3001, "size of a patch")
+    demand(parts.patch[0] in INDEPENDENT, 3036, f"a patch of profile {parts.patch[0]}")
+    demand(tuple(parts.patch[1:4]) == header.kind(), 3036, "attributes or bits of a patch")
+    return parts, Header(parts.patch)
+
+
+def joined(header, key, absent, patch):
+    """The mesh of a patched frame: key as it has moved, without the faces of the flags, and patch or None."""
+    kept = key.faces[~numpy.array(absent, bool)]
+    if patch is None:
+        return Mesh(header, key.positions, kept, key.texture, key.normals)
+    pairs = [
+        None if own is None else numpy.concatenate([own, other])
+        for own, other in ((key.texture, patch.texture), (key.normals, patch.normals))
+    ]
+    positions = numpy.concatenate([key.positions, patch.positions])
+    return Mesh(header, positions, numpy.concatenate([kept, patch.faces + len(key.positions)]), *pairs)
+
+
 class Sequence:
-    """A key mesh and the delta frames after it, on one track."""
+    """A key mesh and the delta and patched frames after it, on one track."""
 
     def __init__(self, key):
         self.key, self.delta, self.own_normals, self.mesh = key, None, None, key
+        self.absent, self.patch = [False] * len(key.faces), None
 
     def _start(self):
         self.lists = self.key.positions.tolist(), [tuple(f) for f in self.key.faces.tolist()]
@@ -148,13 +174,30 @@ class Sequence:
         self.delta = mesh_delta.Sequence(Key)
 
     def add(self, header, payload):
-        demand(header.same(self.key.header), 3018, "header of a delta frame")
+        demand(header.kind() == self.key.header.kind(), 3018, "header of a delta frame")
+        if header.profile == PATCHED:
+            at = self._replace(header, payload)
+        else:
+            demand(header.counts() == self.key.header.counts(), 3018, "counts of a delta frame")
+            self.absent, self.patch, at = [False] * len(self.key.faces), None, 16
         if not self.delta:
             self._start()
-        self.delta.add(payload)
+        self.delta.add(payload, at)
         positions = numpy.array(self.delta.positions(), numpy.int64)
         turned = self._normals(positions.tolist()) if self.key.normals is not None else None
         self.mesh = Mesh(self.key.header, positions, self.key.faces, self.key.texture, turned)
+        if header.profile == PATCHED:
+            self.mesh = joined(header, self.mesh, self.absent, self.patch)
+
+    def _replace(self, header, payload):
+        """Reads which faces are left out, and the patch. Returns where the motion begins."""
+        parts, patch = parts_of(header, payload)
+        self.absent = mesh_patched.changed(self.absent, parts.absent)
+        vertices, faces = patch.counts() if patch else (0, 0)
+        expected = len(self.key.positions) + vertices, self.absent.count(False) + faces
+        demand(header.counts() == expected, 3035, f"counts, expected {expected}")
+        self.patch = independent(patch, parts.patch) if patch else None
+        return parts.delta
 
     def _normals(self, positions):
         faces = self.lists[1]
@@ -175,9 +218,11 @@ class Track:
         """Decodes a MESH chunk. Returns False if it follows a lost frame and cannot be decoded."""
         sequence, self.sequence, self.time = self.sequence, None, chunk.time
         header = Header(chunk.payload)
-        demand((header.profile != DELTA) == key, 3017, f"profile {header.profile}, key flag {key}")
+        if header.profile == PATCHED:
+            parts_of(header, chunk.payload)
+        demand((header.profile in INDEPENDENT) == key, 3017, f"profile {header.profile}, key flag {key}")
         first = self.first or header
-        if header.profile == DELTA:
+        if not key:
             demand(first.texture_bits == header.texture_bits, 3016, "texture bits differ in the group")
             if sequence is None:
                 return False

@@ -108,9 +108,10 @@ def colours_of(chunk, key, group):
     demand(1 <= luma <= 64 and 1 <= chroma <= 64 and 1 <= size <= 1 << 24, 6201, "steps or cell size")
     demand(count <= VERTICES, 7001, f"{count} vertices")
     track = group.block.tracks.get(mesh_track)
-    demand(track and track.kind == MESH and group.key_at(mesh_track, chunk.time), 6202, "no key mesh")
-    mesh = group.mesh_of(mesh_track)
-    if mesh is None:
+    demand(track and track.kind == MESH and group.mesh_at(mesh_track, chunk.time), 6202, "no mesh")
+    if group.mesh_of(mesh_track) is None:
         return mesh_track, None
+    mesh = group.described(mesh_track, chunk.time)
+    demand(mesh, 6202, "no key mesh and no patch")
     rows = colours.decode_chunk(payload, mesh.positions.tolist())
     return mesh_track, numpy.array(rows, numpy.uint8)

@@ -387,7 +387,7 @@ export interface Configuration {
 
 export interface Mesh {
   track: number;
-  profile: "raw" | "draco" | "delta" | "field" | "fast";
+  profile: "raw" | "draco" | "delta" | "field" | "fast" | "patched";
   key: boolean;
   vertexCount: number;
   faceCount: number;

@@ -354,7 +354,7 @@ function read(name, memory, address) {
 const lenses = ["none", "radtan", "fisheye"];
 const kinds = ["", "mesh", "video", "calibration", "visibility", "environment", "metadata", "audio", "colours"];
 const shows = ["tiles", "atlas"];
-const profiles = ["raw", "draco", "delta", "field", "fast"];
+const profiles = ["raw", "draco", "delta", "field", "fast", "patched"];
 const blends = ["viewer", "paper"];
 const upAxes = ["unknown", "x", "y", "z", "-x", "-y", "-z"];
 const pictureTypes = ["image/jpeg", "image/png"];

@@ -5,6 +5,7 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "decoder.h"
+#include "mesh/patched.h"
 #include "stream/tracks.h"
 
 static size_t track_count(const fvvjs_decoder *d) {
@@ -18,7 +19,7 @@ void fvvjs_begin_group(fvvjs_decoder *d) {
   for (size_t i = 0; i < track_count(d); i++) {
     fvv_mesh_frames_reset(&track_at(d, i)->meshes);
     fvv_visibility_frames_reset(&track_at(d, i)->visibility);
-    track_at(d, i)->tiles.size = track_at(d, i)->colours.size = 0;
+    track_at(d, i)->tiles.size = track_at(d, i)->colours.size = track_at(d, i)->key_colours = 0;
     memset(&track_at(d, i)->place, 0, sizeof track_at(d, i)->place);
   }
   if (d->calibration) fvv_calibration_reset(d->calibration);
@@ -98,6 +99,19 @@ static fvv_status fill_floats(fvvjs_decoder *d, fvvjs_track *track, const fvv_me
   return FVV_OK;
 }
 
+/* Those of a key mesh follow it, and hold for its delta frames. A patch has the colour of what no camera
+ * shows until its own follow. */
+static fvv_status begin_colours(const fvvjs_decoder *d, fvvjs_track *track) {
+  track->colours.size = track->key_colours;
+  const fvv_mesh *patch = fvv_mesh_frames_new(&track->meshes);
+  if (!track->key_colours || !patch) return FVV_OK;
+  const uint8_t *rgb = d->configuration->texturing.unseen, rgba[4] = {rgb[0], rgb[1], rgb[2], 255};
+  fvv_status status = FVV_OK;
+  for (uint32_t v = 0; v < patch->vertex_count && status == FVV_OK; v++)
+    status = fvv_bytes_append(&track->colours, rgba, sizeof rgba);
+  return status;
+}
+
 static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                               uint32_t want) {
   fvvjs_track *track;
@@ -111,8 +125,8 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, co
         fvv_mesh_frames_add(&track->meshes, payload, size, key, &d->limits, &d->allocator, &d->diagnostic);
   if (status != FVV_OK) return status;
   track->mesh_time = chunk->header.time;
-  /* Those of a key mesh follow it, and hold for its delta frames. */
-  if (key) track->colours.size = 0;
+  if (key) track->key_colours = 0;
+  if (begin_colours(d, track) != FVV_OK) return no_memory(d);
   const fvv_mesh *mesh = fvv_mesh_frames_current(&track->meshes);
   wasm_mesh record = {track->id,
                       header.profile,
@@ -177,26 +191,35 @@ static fvv_status fill_alpha(fvv_bytes *colours) {
   return FVV_OK;
 }
 
+/* Colours of a key mesh, or in place of the last ones those of a patch. */
+static fvv_status put_colours(fvvjs_track *track, const fvv_bytes *colours) {
+  const int key = fvv_mesh_frames_new(&track->meshes) == fvv_mesh_frames_current(&track->meshes);
+  if (!key && !track->key_colours) return FVV_OK;
+  track->colours.size = key ? 0 : track->key_colours;
+  const fvv_status status = fvv_bytes_append(&track->colours, colours->data, colours->size);
+  if (key) track->key_colours = track->colours.size;
+  return status;
+}
+
 static fvv_status decode_colours(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   fvv_colours_header header;
   const size_t size = (size_t)chunk->header.size;
   fvv_status status = fvv_colours_peek(payload, size, &d->limits, &header, &d->diagnostic);
-  fvv_bytes other = {NULL, 0, 0, d->allocator}, *colours = &other;
-  const fvv_mesh *mesh = NULL;
-  for (size_t i = 0; i < track_count(d); i++) {
-    fvvjs_track *track = track_at(d, i);
-    if (status != FVV_OK || track->id != header.mesh_track || track->mesh_time != chunk->header.time)
-      continue;
-    mesh = fvv_mesh_frames_key(&track->meshes);
-    colours = &track->colours;
-  }
+  fvvjs_track *of = NULL;
+  for (size_t i = 0; i < track_count(d) && status == FVV_OK; i++)
+    if (track_at(d, i)->id == header.mesh_track && track_at(d, i)->mesh_time == chunk->header.time)
+      of = track_at(d, i);
+  fvv_bytes colours = {NULL, 0, 0, d->allocator};
   if (status == FVV_OK)
-    status = fvv_colours_add(payload, size, chunk->header.flags & FVV_FLAG_KEY, mesh, d->configuration,
-                             &d->limits, colours, &d->diagnostic);
-  if (status == FVV_OK) status = fill_alpha(colours);
+    status = fvv_colours_add(payload, size, chunk->header.flags & FVV_FLAG_KEY,
+                             of ? fvv_mesh_frames_new(&of->meshes) : NULL, d->configuration, &d->limits,
+                             &colours, &d->diagnostic);
+  if (status == FVV_OK) status = fill_alpha(&colours);
+  if (status == FVV_OK) status = put_colours(of, &colours);
+  fvv_bytes_free(&colours);
   wasm_mesh *meshes = (wasm_mesh *)d->lists[FVVJS_MESHES].data;
   for (size_t i = 0; status == FVV_OK && i < d->lists[FVVJS_MESHES].size / sizeof *meshes; i++)
-    if (meshes[i].track == header.mesh_track) meshes[i].colours = colours->data;
+    if (meshes[i].track == header.mesh_track) meshes[i].colours = of->key_colours ? of->colours.data : NULL;
   return status;
 }
 
@@ -316,9 +339,20 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, c
   }
 }
 
+/* That of its patch, for a patched frame. */
+static uint32_t mesh_codec_of(const fvvjs_decoder *d, const uint8_t *payload, size_t size) {
+  fvv_mesh_header header;
+  fvv_patched_parts parts;
+  if (payload[FVV_MESH_PROFILE] != FVV_MESH_PATCHED) return fvvjs_mesh_codec(payload[FVV_MESH_PROFILE]);
+  if (fvv_mesh_peek(payload, size, &d->limits, &header, NULL) != FVV_OK ||
+      fvv_patched_split(payload + FVV_MESH_SIZE, &header, &d->limits, &parts, NULL) != FVV_OK)
+    return 0;
+  return parts.patch_size ? fvvjs_mesh_codec(parts.header.profile) : 0;
+}
+
 static uint32_t codec_of(const fvvjs_decoder *d, const fvv_frame_chunk *chunk) {
   if (chunk->header.type == FVV_CHUNK_MESH && chunk->header.size)
-    return fvvjs_mesh_codec(chunk->payload[FVV_MESH_PROFILE]);
+    return mesh_codec_of(d, chunk->payload, (size_t)chunk->header.size);
   if (chunk->header.type == FVV_CHUNK_VIDEO_PACKET && d->configuration) {
     const fvv_video_layout *video = fvv_configuration_video(d->configuration, chunk->header.track);
     if (video && video->config.codec == FVV_CODEC_OEXR) return FVVJS_CODEC_OPENEXR;

@@ -111,10 +111,16 @@ static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t si
   limits.max_vertices = limits.max_faces = UINT32_MAX; /* the caller has applied his own */
   fvv_mesh_header header;
   fvv_delta_frame frame;
+  fvv_patched_parts parts = {0};
   size_t at = FVV_MESH_SIZE;
   fvv_status status = fvv_delta_read_header(s, payload, size, &limits, &header, diagnostic);
   const int patched = status == FVV_OK && header.profile == FVV_MESH_PATCHED;
-  if (patched) status = fvv_patched_read(s, payload, &header, &limits, &at, diagnostic);
+  if (patched) {
+    status = fvv_patched_split(payload + FVV_MESH_SIZE, &header, &limits, &parts, diagnostic);
+    at = parts.delta;
+    if (status == FVV_OK) status = fvv_delta_check_number(s, payload, size, at, diagnostic);
+    if (status == FVV_OK) status = fvv_patched_read(s, payload, &header, &parts, &limits, diagnostic);
+  }
   if (status == FVV_OK) status = fvv_delta_read_levels(s, payload, size, at, &frame, diagnostic);
   for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
     status = decode_level(s, k, &frame.level[k], payload, diagnostic);

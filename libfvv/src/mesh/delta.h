@@ -220,6 +220,10 @@ typedef struct fvv_delta_frame {
 FVV_MUST_USE fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                                               const fvv_limits *limits, fvv_mesh_header *header,
                                               fvv_diagnostic *diagnostic);
+/* The number of the delta_mesh() at an offset is that of the next frame, or cut: what else does not fit the
+ * state may be due to a missing frame. */
+FVV_MUST_USE fvv_status fvv_delta_check_number(const fvv_mesh_sequence *s, const uint8_t *payload,
+                                               size_t size, size_t at, fvv_diagnostic *diagnostic);
 /* The same for number and levels of the delta_mesh() at an offset. */
 FVV_MUST_USE fvv_status fvv_delta_read_levels(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                                               size_t at, fvv_delta_frame *frame, fvv_diagnostic *diagnostic);

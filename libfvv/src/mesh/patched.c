@@ -88,32 +88,28 @@ static fvv_status read_runs(fvv_mesh_sequence *s, const uint8_t *payload, const 
 }
 
 fvv_status fvv_patched_read(fvv_mesh_sequence *sequence, const uint8_t *payload,
-                            const fvv_mesh_header *header, const fvv_limits *limits, size_t *delta,
-                            fvv_diagnostic *diagnostic) {
+                            const fvv_mesh_header *header, const fvv_patched_parts *parts,
+                            const fvv_limits *limits, fvv_diagnostic *diagnostic) {
   fvv_mesh_sequence *s = sequence;
-  fvv_patched_parts parts;
-  fvv_status status = fvv_patched_split(payload + FVV_MESH_SIZE, header, limits, &parts, diagnostic);
-  if (status != FVV_OK) return status;
   if (!s->absent) s->absent = fvv_allocate_zeroed(&s->allocator, s->mesh.face_count);
   if (!s->absent) return no_memory(s, diagnostic);
   uint32_t kept = 0;
-  status = read_runs(s, payload, &parts, &kept, diagnostic);
+  const fvv_status status = read_runs(s, payload, parts, &kept, diagnostic);
   if (status != FVV_OK) return status;
-  const uint64_t vertices = (uint64_t)s->mesh.vertex_count + parts.header.vertex_count,
-                 faces = (uint64_t)kept + parts.header.face_count;
+  const uint64_t vertices = (uint64_t)s->mesh.vertex_count + parts->header.vertex_count,
+                 faces = (uint64_t)kept + parts->header.face_count;
   if (header->vertex_count != vertices || header->face_count != faces)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PATCHED_COUNTS, FVV_CHUNK_MESH,
                     FVV_MESH_VERTEX_COUNT,
                     "%lu vertices and %lu faces, key mesh and patch together have %llu and %llu",
                     (unsigned long)header->vertex_count, (unsigned long)header->face_count,
                     (unsigned long long)vertices, (unsigned long long)faces);
-  *delta = parts.delta;
   fvv_mesh_free(&s->patch);
-  if (!parts.patch_size) return FVV_OK;
-  return in_patch(
-      &parts,
-      fvv_mesh_decode(payload + parts.patch, parts.patch_size, limits, &s->allocator, &s->patch, diagnostic),
-      diagnostic);
+  if (!parts->patch_size) return FVV_OK;
+  return in_patch(parts,
+                  fvv_mesh_decode(payload + parts->patch, parts->patch_size, limits, &s->allocator, &s->patch,
+                                  diagnostic),
+                  diagnostic);
 }
 
 fvv_status fvv_patched_decode_patch(const uint8_t *payload, size_t size, const fvv_limits *limits,
@@ -287,10 +283,12 @@ static fvv_status put_parts(const fvv_mesh_sequence *s, const coded_parts *parts
 static fvv_status follow(fvv_mesh_sequence *s, const fvv_mesh_patch *patch, const fvv_bytes *payload,
                          fvv_diagnostic *diagnostic) {
   fvv_mesh_header header;
-  size_t delta;
+  fvv_patched_parts parts;
   fvv_diagnostic why;
   fvv_status status = fvv_mesh_peek(payload->data, payload->size, NULL, &header, &why);
-  if (status == FVV_OK) status = fvv_patched_read(s, payload->data, &header, NULL, &delta, &why);
+  if (status == FVV_OK)
+    status = fvv_patched_split(payload->data + FVV_MESH_SIZE, &header, NULL, &parts, &why);
+  if (status == FVV_OK) status = fvv_patched_read(s, payload->data, &header, &parts, NULL, &why);
   int same = status == FVV_OK;
   for (size_t f = 0; f < s->mesh.face_count && same; f++) same = s->absent[f] == is_absent(patch, f);
   if (same) return fvv_patched_merge(s, diagnostic);

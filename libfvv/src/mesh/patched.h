@@ -23,11 +23,11 @@ FVV_MUST_USE fvv_status fvv_patched_split(const uint8_t *data, const fvv_mesh_he
                                           const fvv_limits *limits, fvv_patched_parts *parts,
                                           fvv_diagnostic *diagnostic);
 
-/* Reads the faces that are left out and the patch into the state of the sequence. header: of the payload.
- * *delta: offset of its delta_mesh(). */
+/* Reads the faces that are left out and the patch into the state of the sequence. header, parts: of the
+ * payload. */
 FVV_MUST_USE fvv_status fvv_patched_read(fvv_mesh_sequence *sequence, const uint8_t *payload,
-                                         const fvv_mesh_header *header, const fvv_limits *limits,
-                                         size_t *delta, fvv_diagnostic *diagnostic);
+                                         const fvv_mesh_header *header, const fvv_patched_parts *parts,
+                                         const fvv_limits *limits, fvv_diagnostic *diagnostic);
 
 /* Decodes the patch of a MESH payload alone, without the frames before it; *patch is empty where the payload
  * has none. */

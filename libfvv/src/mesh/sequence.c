@@ -135,14 +135,23 @@ fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payl
   return FVV_OK;
 }
 
+fvv_status fvv_delta_check_number(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size, size_t at,
+                                  fvv_diagnostic *diagnostic) {
+  fvv_cursor cursor = {payload, size, at, 0};
+  const uint64_t number = fvv_cursor_uleb(&cursor);
+  if (cursor.failed || number == (uint64_t)s->frame + 1) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_NUMBER, FVV_CHUNK_MESH, at,
+                  "delta frame %llu behind frame %lu of the group: frames are missing",
+                  (unsigned long long)number, (unsigned long)s->frame);
+}
+
 fvv_status fvv_delta_read_levels(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size, size_t at,
                                  fvv_delta_frame *frame, fvv_diagnostic *diagnostic) {
   fvv_cursor cursor = {payload, size, at, 0};
-  const uint64_t number = fvv_cursor_uleb(&cursor), levels = fvv_cursor_uleb(&cursor);
-  if (!cursor.failed && number != (uint64_t)s->frame + 1)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_NUMBER, FVV_CHUNK_MESH, at,
-                    "delta frame %llu behind frame %lu of the group: frames are missing",
-                    (unsigned long long)number, (unsigned long)s->frame);
+  const fvv_status status = fvv_delta_check_number(s, payload, size, at, diagnostic);
+  if (status != FVV_OK) return status;
+  (void)fvv_cursor_uleb(&cursor);
+  const uint64_t levels = fvv_cursor_uleb(&cursor);
   if (!cursor.failed && levels != s->hierarchy.level_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, at,
                     "%llu levels, the key mesh has %lu", (unsigned long long)levels,

@@ -38,10 +38,13 @@ struct Wanted {
   bool pictures, visibility, sound;
 };
 
-// A mesh track: the key mesh and, from the first delta frame on, the sequence that follows it.
+// A mesh track: the key mesh and, from the first delta or patched frame on, the sequence that follows it.
 struct LiveMeshes {
   std::shared_ptr<Mesh> key;
   std::unique_ptr<fvv_mesh_sequence, Destroy> sequence;
+  std::vector<uint8_t> patch_colours; // of the current frame's patch; empty: it has none of its own
+
+  const fvv_mesh *patch() const { return sequence ? fvv_mesh_sequence_patch(sequence.get()) : nullptr; }
 };
 
 struct LiveVideo {
@@ -98,8 +101,7 @@ public:
       if (chunk.header.type == FVV_CHUNK_VISIBILITY)
         visibility.decode(chunk, frame->meshes, calibration.get(), frame->visibility);
     }
-    // Delta frames have the colours of their key mesh.
-    for (auto &[track, mesh] : frame->meshes) mesh->colours = meshes[track].key->colours;
+    for (auto &[track, mesh] : frame->meshes) mesh->colours = colours_of(meshes[track]);
     return frame;
   }
 
@@ -156,6 +158,9 @@ private:
       return;
     }
     if (!known.key) throw Failure(FVV_ERROR_DAMAGED, "a delta frame comes before its key mesh", file);
+    known.patch_colours.clear();
+    fvv_mesh_header header;
+    call(fvv_mesh_peek(chunk.payload, size, &limits.core, &header, &diagnostic), diagnostic, chunk);
     if (!known.sequence) {
       fvv_mesh_sequence *opened = nullptr;
       call(fvv_mesh_sequence_open(&known.key->mesh, nullptr, &opened, &diagnostic), diagnostic, chunk);
@@ -230,14 +235,27 @@ private:
     call(fvv_colours_peek(chunk.payload, size, &limits.core, &header, &diagnostic), diagnostic, chunk);
     const auto known = meshes.find(header.mesh_track);
     if (known == meshes.end() || !known->second.key) return;
-    Mesh &key = *known->second.key;
-    if (header.vertex_count != key.mesh.vertex_count)
+    LiveMeshes &track = known->second;
+    const fvv_mesh *described = track.sequence ? track.patch() : &track.key->mesh;
+    if (!described || header.vertex_count != described->vertex_count)
       throw Failure(FVV_ERROR_INVALID, "colours and their mesh differ in vertices", file);
-    std::vector<uint8_t> colours(3 * size_t(key.mesh.vertex_count));
-    call(fvv_colours_decode(chunk.payload, size, &key.mesh, &limits.core, nullptr, colours.data(),
+    std::vector<uint8_t> colours(3 * size_t(described->vertex_count));
+    call(fvv_colours_decode(chunk.payload, size, described, &limits.core, nullptr, colours.data(),
                             &diagnostic),
          diagnostic, chunk);
-    key.colours = std::move(colours);
+    (track.sequence ? track.patch_colours : track.key->colours) = std::move(colours);
+  }
+
+  // Delta frames have the colours of their key mesh, patched ones those of their patch as well.
+  std::vector<uint8_t> colours_of(const LiveMeshes &track) const {
+    std::vector<uint8_t> out = track.key->colours;
+    const fvv_mesh *patch = track.patch();
+    if (out.empty() || !patch) return out;
+    const uint8_t *unseen = configuration.texturing.unseen;
+    for (uint32_t v = 0; v < patch->vertex_count && track.patch_colours.empty(); v++)
+      out.insert(out.end(), unseen, unseen + 3);
+    out.insert(out.end(), track.patch_colours.begin(), track.patch_colours.end());
+    return out;
   }
 
   void add_pictures(const fvv_frame_chunk &chunk, LiveFrame &frame) {
