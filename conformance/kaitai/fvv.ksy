@@ -511,6 +511,7 @@ types:
             "profile::raw": raw_mesh
             "profile::delta": delta_mesh
             "profile::fast": fast_mesh
+            "profile::patched": patched_mesh
   mesh_attributes:
     meta:
       bit-endian: le
@@ -590,6 +591,28 @@ types:
         size: len_vertex_stream
       - id: index_stream
         size-eos: true
+  patched_mesh:
+    doc-ref: clause 8.14
+    seq:
+      - id: absent_size
+        type: uleb128
+      - id: patch_size
+        type: uleb128
+      - id: absent
+        type: runs
+        size: absent_size.value
+      - id: patch
+        type: mesh
+        size: patch_size.value
+        if: patch_size.value > 0
+      - id: delta
+        type: delta_mesh
+        size-eos: true
+  runs:
+    seq:
+      - id: lengths
+        type: uleb128
+        repeat: eos
   calibration:
     doc-ref: clause 9.4
     seq:
@@ -827,6 +850,7 @@ enums:
     2: delta
     3: field
     4: fast
+    5: patched
   picture_codec:
     0: jpeg
     1: png

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes the render vectors: streams by fvvsynth and fvvmux, and the pictures that fvvrender draws of them.
+"""Makes the render vectors: streams by fvvsynth and fvvmux, or by the generator of the cases, and the pictures that
+fvvrender draws of them.
 
 Needs the Python package fvv, whose `render` has fvvrender's pixels.
 
@@ -20,6 +21,8 @@ from PIL import Image
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 VECTORS = HERE / "vectors"
+sys.path.insert(0, str(ROOT / "conformance"))
+from generate.subjects import patched_cases  # noqa: E402
 
 # Two renderers round the corners of a face differently: at a pixel from an outline or a jump of the depth they may show
 # different faces.
@@ -28,7 +31,7 @@ AWAY = 2
 STEEPEST = 8
 SIZE = (240, 160)
 
-# Options of fvvsynth for each capture, and of fvvmux for each stream.
+# Options of fvvsynth for each capture without a generator of its own, and of fvvmux for each stream.
 CAPTURES = {
     "small": ["--rig", "small", "--frames", "4", "--size", "160x120"],
     "studio": ["--frames", "2", "--size", "160x90", "--meshes", "hull", "--hull-cells", "40"],
@@ -117,6 +120,13 @@ VECTOR = {
         "frame": 0,
         "angle": 320,
     },
+    "patches": {
+        "title": "A patched frame: a patch with colours of its own in place of some faces; no pictures.",
+        "clauses": ["8.14", "19.1"],
+        "stream": patched_cases.ball_with_patch,
+        "frame": 2,
+        "angle": 30,
+    },
     "far": {
         "title": "From two and a half times as far: few pixels for many texels.",
         "clauses": ["17.5"],
@@ -198,12 +208,15 @@ def make(tools, names):
     with tempfile.TemporaryDirectory() as work:
         for name in names:
             vector, folder = VECTOR[name], VECTORS / name
-            capture = pathlib.Path(work) / vector["capture"]
-            if not capture.exists():
-                tool(tools, "fvvsynth", "-o", capture, *CAPTURES[vector["capture"]])
             folder.mkdir(parents=True, exist_ok=True)
             stream = folder / "input.fvv"
-            tool(tools, "fvvmux", capture, "-o", stream, *vector["mux"], "--force")
+            if "stream" in vector:
+                stream.write_bytes(bytes(vector["stream"]().out))
+            else:
+                capture = pathlib.Path(work) / vector["capture"]
+                if not capture.exists():
+                    tool(tools, "fvvsynth", "-o", capture, *CAPTURES[vector["capture"]])
+                tool(tools, "fvvmux", capture, "-o", stream, *vector["mux"], "--force")
             view = view_of(vector["angle"], vector.get("distance", 1))
             for file, pixels in draw(name, stream, view).items():
                 Image.fromarray(pixels).save(folder / file, optimize=True)

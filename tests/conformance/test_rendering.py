@@ -44,7 +44,7 @@ def test_python_draws_the_vectors():
     code, result, text = rendered("--renderer", PYTHON)
     assert code == 0, text
     vectors = result["renderers"][0]["vectors"]
-    assert len(vectors) == 8
+    assert len(vectors) == 9
     # Averages over pixels are the renderer's own choice there; all others are the same bytes.
     assert all(line["psnr"] > 80 or line["vector"] == "far" for line in vectors)
 
@@ -55,7 +55,7 @@ def test_browsers_draw_the_vectors(which):
         pytest.skip("no chromium installed")
     code, result, text = rendered("--renderer", f"node {RENDER / 'browser.mjs'} {which}")
     assert code == 0, text
-    assert [line["unsupported"] for line in result["renderers"][0]["vectors"]] == [None] * 8
+    assert [line["unsupported"] for line in result["renderers"][0]["vectors"]] == [None] * 9
 
 
 def test_a_wrong_renderer_fails(tmp_path):

@@ -199,6 +199,23 @@ def test_meshes_that_change_in_usd(tmp_path):
         assert (numpy.array(normals.Get(clip[2].time * float(clip.rate))) == clip[2].mesh.normals).all()
 
 
+def test_patches_in_usd(tmp_path):
+    """Patches come, change and go between frames of one key mesh: points, faces and colours are those of each frame."""
+    from pxr import UsdGeom
+
+    with fvv.open(CONFORMANCE / "cases/valid/patched_colours/input.fvv") as clip:
+        stage = stage_of(clip, tmp_path / "patched.usdc")
+        mesh = UsdGeom.Mesh.Get(stage, "/fvv/mesh_1")
+        colour = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("displayColor")
+        assert len({frame.mesh.vertex_count for frame in clip}) > 1
+        for frame in clip:
+            assert (numpy.array(mesh.GetPointsAttr().Get(frame.index)) == frame.mesh.positions).all()
+            corners = numpy.array(mesh.GetFaceVertexIndicesAttr().Get(frame.index)).reshape(-1, 3)
+            assert (corners == frame.mesh.indices).all()
+            assert sum(mesh.GetFaceVertexCountsAttr().Get(frame.index)) == 3 * frame.mesh.face_count
+            assert len(colour.Get(frame.index)) == frame.mesh.vertex_count
+
+
 @pytest.mark.parametrize("name", ["calibration_moving", "tiny_cameras", "visibility_moving"])
 def test_cameras_that_move_in_usd(tmp_path, name):
     with fvv.open(vector(name)) as clip:

@@ -145,6 +145,34 @@ def coloured(texr=None, of_patch=(True, False, True)):
     return s
 
 
+def ball_with_patch():
+    """A ball 1 m above the ground that moves, and whose side is replaced in frames 1 and 2 by a patch that stands out. For
+    players: render/vectors.py draws frame 2."""
+    ball = meshes.ball(24, 36, 700).moved(y=900)
+    s, state = opened(*COLOUR_TRACKS), Patches(ball)
+    s.begin(0, 3)
+    s.chunk("MESH", meshes.raw(ball), 1, 0, True)
+    s.chunk(
+        "COLR", colours.payload(ball, lambda c: (24 + c[1] % 20, c[0], c[2]), size=100), COLOUR_TRACK, 0, True
+    )
+    for time in 1, 2:
+        moving = ball.moved(x=40 * time)
+        faces = [
+            i
+            for i, face in enumerate(ball.faces)
+            if all(ball.positions[v][2] > 350 and ball.positions[v][1] > 700 + 200 * time for v in face)
+        ]
+        patch = cut(ball, moving.positions, faces)
+        out = [(x, y, z + (y - 900) // 4) for x, y, z in patch.positions]
+        patch = patch._replace(positions=out)
+        s.chunk("MESH", state.patched(moving.positions, faces, patch), 1, time)
+        own = colours.payload(patch, lambda c: (44, -8 + c[0] % 4, 6), size=100)
+        s.chunk("COLR", own, COLOUR_TRACK, time, True)
+    s.end()
+    s.finish()
+    return s
+
+
 def only_patch_coloured():
     s = opened(*COLOUR_TRACKS)
     state, target = Patches(GRID), moved(GRID.positions, 1)

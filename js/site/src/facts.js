@@ -18,6 +18,7 @@ const codecName = (codec) => codecs[codec] ?? codec;
 const profiles = {
   draco: "Draco key frames",
   delta: "motion between them",
+  patched: "motion and patches",
   fast: "fast meshes",
   raw: "raw meshes",
   field: "fields",
