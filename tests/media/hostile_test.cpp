@@ -198,3 +198,20 @@ TEST_CASE("what decoding takes is known from the configuration alone, and a limi
   CHECK_THROWS_WITH(check_memory("track 2: decoding", (5 << 20) + 1, {2 << 20, "--max-memory"}),
                     "track 2: decoding takes up to 6 MiB, --max-memory allows 2 MiB");
 }
+
+TEST_CASE("sizes of memory are read as they are written") {
+  const uint64_t one = 1;
+  for (const auto &[text, bytes] :
+       {std::pair("0", uint64_t(0)), std::pair("1023", uint64_t(1023)), std::pair("1K", one << 10),
+        std::pair("512M", one << 29), std::pair("4G", one << 32), std::pair("4294967296G", one << 62),
+        std::pair("4611686018427387904", one << 62)}) {
+    CHECK(parse_memory(text) == bytes);
+    CHECK(parse_memory(memory_text(bytes)) == bytes);
+  }
+  CHECK(parse_memory("3g") == 3 * (one << 30));
+  CHECK(memory_text(one << 29) == "512M");
+  CHECK(memory_text(1025) == "1025");
+  for (const char *text :
+       {"", "K", "-1", "+1", " 1", "1 ", "1.5G", "1KB", "1T", "0x10", "4294967297G", "99999999999999999999"})
+    CHECK(parse_memory(text) == std::nullopt);
+}

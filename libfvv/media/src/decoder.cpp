@@ -276,15 +276,6 @@ uint64_t decoding_memory(const fvv_video_config &config) {
   return (of_itu ? 17 : 10) * (coded * 3 / 2 * sample) + pixels * 3 / 2 * sample + rgb;
 }
 
-void check_memory(const std::string &text, uint64_t bytes, const MemoryLimit &limit) {
-  if (bytes <= limit.bytes) return;
-  const bool small = limit.bytes < 1 << 20;
-  const uint64_t unit = small ? 1 << 10 : 1 << 20;
-  const std::string name = small ? " KiB" : " MiB";
-  throw MemoryError(text + " takes up to " + std::to_string((bytes - 1) / unit + 1) + name + ", " +
-                    limit.name + " allows " + std::to_string(limit.bytes / unit) + name);
-}
-
 Decoder::Decoder(const fvv_video_config &config) {
   const VideoCodec *codec = find_video_codec(config.codec);
   if (!codec) refuse_codec(config.codec);

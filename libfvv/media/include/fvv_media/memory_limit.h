@@ -4,6 +4,7 @@
 #include "fvv_cxx/error.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace fvv::media {
@@ -24,5 +25,11 @@ public:
 
 // MemoryError when bytes is above limit: text, what it takes, and what limit allows. text: "decoding ...".
 void check_memory(const std::string &text, uint64_t bytes, const MemoryLimit &limit);
+
+// A number of bytes as people write it, "512M", "4g" or "100000"; nullopt: it is none. The text reads back as
+// the same number.
+constexpr const char *memory_words = "bytes, or a number with K, M or G such as 512M";
+std::optional<uint64_t> parse_memory(const std::string &text);
+std::string memory_text(uint64_t bytes);
 
 } // namespace fvv::media

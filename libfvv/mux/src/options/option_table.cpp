@@ -553,7 +553,7 @@ std::vector<Option> other_options() {
           "that decoding one file of the capture may take, a picture, a video, a mesh or sound: bytes, or "
           "with "
           "K, M or G (512M). A file that needs more is refused (docs/encoding/memory.md)")
-          .text<&Options::max_memory>(amount, "512M", parse_bytes, bytes_text)
+          .text<&Options::max_memory>(amount, "512M", parse_bytes, media::memory_text)
           .of_capture(),
       Row("live", "", "no index and no footer")
           .flag<&Options::live>()

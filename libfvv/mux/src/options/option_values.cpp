@@ -2,6 +2,7 @@
 
 #include "fvv/colours.h"
 #include "fvv_cxx/format.h"
+#include "fvv_media/memory_limit.h"
 #include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_scene/file_io.h"
@@ -118,25 +119,9 @@ uint64_t parse_pixels(const std::string &option, const std::string &text) {
 }
 
 uint64_t parse_bytes(const std::string &option, const std::string &text) {
-  uint64_t unit = 1;
-  std::string_view digits = text;
-  if (const size_t at = std::string_view("kKmMgG").find(digits.empty() ? ' ' : digits.back());
-      at != digits.npos) {
-    unit = uint64_t(1) << 10 * (at / 2 + 1);
-    digits.remove_suffix(1);
-  }
-  int64_t value = -1;
-  constexpr int64_t most = int64_t(1) << 62;
-  if (digits.empty() || digits.find_first_not_of("0123456789") != digits.npos ||
-      !scene::parse_integer(digits, value) || value > most / int64_t(unit))
-    refuse_value(option, "bytes, or a number with K, M or G such as 512M", text);
-  return uint64_t(value) * unit;
-}
-
-std::string bytes_text(uint64_t value) {
-  for (const auto &[shift, letter] : {std::pair(30, 'G'), std::pair(20, 'M'), std::pair(10, 'K')})
-    if (value && value % (uint64_t(1) << shift) == 0) return std::to_string(value >> shift) + letter;
-  return std::to_string(value);
+  const std::optional<uint64_t> bytes = media::parse_memory(text);
+  if (!bytes) refuse_value(option, media::memory_words, text);
+  return *bytes;
 }
 
 Length parse_length(const std::string &option, const std::string &text) {

@@ -39,7 +39,6 @@ std::string size_text(const TileSize &size);
 
 double parse_scale(const std::string &option, const std::string &text);   // "0.5"
 uint64_t parse_bytes(const std::string &option, const std::string &text); // "512M", "4G", "100000"
-std::string bytes_text(uint64_t value);                                   // likewise
 std::string number_text(double value);
 
 uint32_t parse_video_tracks(const std::string &option, const std::string &text); // "4", "camera"
