@@ -51,6 +51,8 @@ export interface NetworkPolicy {
   firstByteMs?: number;
   /** Between two pieces of a body. Default 10000. */
   progressMs?: number;
+  /** A host that responded sooner lately, and of which nothing comes for so long, is asked again beside. Default 1500. */
+  quickMs?: number;
   /** Of a live connection without a message, until it gets a ping, and then until it is lost. Default 10000. */
   silenceMs?: number;
   /** Until any of these after the event "online". Default 1500. */

@@ -14,6 +14,9 @@ const NORMAL_CLOSURE = 1000;
 const ABNORMAL_CLOSURE = 1006;
 /** Of WebSocket.readyState. */
 const OPEN = 1;
+/** Gaps between chunks that are remembered; twice the longest of them is silence. */
+const GAPS = 256;
+const SILENCES = 2;
 const PING = JSON.stringify({ type: "ping" });
 /** A number that no stream has: the last rung. */
 const LAST_RUNG = 65535;
@@ -43,7 +46,12 @@ export class LiveSource extends SectionSource {
   #network;
   #outage;
   #attempts;
-  #socket = null;
+  #socket = null; // that is open
+  #connecting = false;
+  #pinged = 0; // when the last ping was sent
+  #pong = null; // milliseconds to its response; null: the server has responded to none
+  #gaps = []; // milliseconds between chunks
+  #lastData = null; // when the connection opened or the last chunk came; null: the server has responded to a ping since
   #heard = 0; // when the connection opened or anything came, in milliseconds
   #unwatch = () => {};
   #items = [];
@@ -103,14 +111,19 @@ export class LiveSource extends SectionSource {
     return url.href;
   }
   #connect() {
-    const { socket, opened } = this.#network.connect(this.#WebSocket, this.#address, this.#protocols);
     this.#chooser.restart();
-    this.#socket = socket;
-    let isOpen = false;
+    this.#socket = null;
+    this.#connecting = true;
+    return this.#network.connect(this.#WebSocket, this.#address, this.#protocols, (socket) => this.#prepare(socket));
+  }
+  #prepare(socket) {
     socket.addEventListener("open", () => {
-      isOpen = true;
-      this.#heard = performance.now();
-      if (socket === this.#socket) this.#watch(socket);
+      // The first of several.
+      if (!this.#connecting || this.#over) return;
+      this.#connecting = false;
+      this.#socket = socket;
+      this.#heard = this.#lastData = performance.now();
+      this.#watch(socket);
     });
     socket.addEventListener("message", ({ data }) => {
       if (socket !== this.#socket) return;
@@ -121,26 +134,27 @@ export class LiveSource extends SectionSource {
     socket.addEventListener("close", ({ code, reason }) => {
       if (socket !== this.#socket) return;
       this.#unwatch();
-      if (isOpen) this.#put({ closed: { code, reason } });
+      this.#put({ closed: { code, reason } });
     });
-    return opened;
   }
   /**
-   * A connection whose other end is gone may stay open without a byte. One that is silent for silenceMs gets a ping,
-   * and has as long to respond; after the event "online" it gets one at once, and has onlineMs.
+   * A connection whose other end is gone may stay open without a byte. One that is silent for longer than it was lately gets a ping, and
+   * has as long to respond as the server needed before; each is silenceMs at most, and that if the server has responded to none yet.
+   * After the event "online" the connection gets a ping at once, and has onlineMs.
    */
   #watch(socket) {
-    const { silenceMs, onlineMs } = this.#network.policy;
+    const { onlineMs } = this.#network.policy;
     const stop = new AbortController();
     let timer;
     const wait = (milliseconds, act) => {
       const began = performance.now();
       const look = () =>
-        this.#heard > began ? wait(silenceMs - (performance.now() - this.#heard), () => ask()) : act();
+        this.#heard > began ? wait(this.#silenceMs - (performance.now() - this.#heard), () => ask()) : act();
       clearTimeout(timer);
       timer = setTimeout(look, Math.min(milliseconds, LONGEST_TIMER));
     };
-    const ask = (patience = silenceMs) => {
+    const ask = (patience = this.#pongMs) => {
+      this.#pinged = performance.now();
       if (socket.readyState === OPEN) socket.send(PING);
       wait(patience, () => this.#leave(socket));
     };
@@ -150,13 +164,32 @@ export class LiveSource extends SectionSource {
       clearTimeout(timer);
       stop.abort();
     };
-    wait(silenceMs, () => ask());
+    // Whether it responds to pings is known before one is needed.
+    if (this.#attempts) ask();
+    else wait(this.#silenceMs, () => ask());
+  }
+  /** Milliseconds without a message until a ping, and from there to a message. */
+  get #silenceMs() {
+    return this.#soon(SILENCES * this.#longest);
+  }
+  /** A pong comes after the message that is being sent. */
+  get #pongMs() {
+    return this.#soon(Math.max(SILENCES * this.#pong, this.#longest));
+  }
+  get #longest() {
+    return Math.max(0, ...this.#gaps);
+  }
+  #soon(milliseconds) {
+    const { silenceMs, quickMs } = this.#network.policy;
+    return this.#pong === null || !this.#attempts ? silenceMs : Math.min(silenceMs, Math.max(quickMs, milliseconds));
   }
   /** Its event "close" may take minutes. */
   #leave(socket) {
     this.#unwatch();
     this.#socket = null;
     socket.close();
+    // It may be that the network is as slow.
+    this.#gaps.push(performance.now() - this.#heard);
     const reason = `nothing has come for ${Math.round((performance.now() - this.#heard) / 1000)} s`;
     this.#put({ closed: { code: ABNORMAL_CLOSURE, reason } });
   }
@@ -178,6 +211,9 @@ export class LiveSource extends SectionSource {
 
   #take(bytes) {
     this.bytesRead += bytes.length;
+    if (this.#lastData !== null) this.#gaps.push(this.#heard - this.#lastData);
+    if (this.#gaps.length > GAPS) this.#gaps.shift();
+    this.#lastData = this.#heard;
     this.#failures = 0;
     this.#outage.progress();
     const begins = beginsWithFileHeader(bytes);
@@ -263,6 +299,11 @@ export class LiveSource extends SectionSource {
       return;
     }
     const { type } = message ?? {};
+    if (type === "pong") {
+      this.#pong = performance.now() - this.#pinged;
+      // The publisher pauses, and not the network.
+      this.#lastData = null;
+    }
     const reason = typeof message?.message === "string" ? message.message : "";
     if (type === "skip") {
       const from = /^-?\d{1,19}$/.test(message.from) ? BigInt(message.from) : undefined;

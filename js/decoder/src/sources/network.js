@@ -5,6 +5,7 @@ import { delay, onAbort, reasonOf, unlessAborted } from "../abort.js";
 import { crc32c } from "../chunks.js";
 import { FvvError } from "../errors.js";
 import { joined } from "../joined.js";
+import { Pace } from "./pace.js";
 
 /** The cost of a round trip of 40 ms at 8 Mbit/s: fewer bytes are fetched again rather than split over two requests. */
 export const ROUND_TRIP_BYTES = 40000;
@@ -19,6 +20,9 @@ export const POLICY = Object.freeze({
   firstByteMs: 10000,
   /** Between two pieces of a body. */
   progressMs: 10000,
+  /** A host that responded sooner lately, and of which nothing comes any more for so long or for four times as long as it took, is
+   * asked again, then every longestMs; what comes first counts. */
+  quickMs: 1500,
   /** A live connection without a message for so long gets a ping, and is lost if as much time passes again. */
   silenceMs: 10000,
   /** Any of these after the event "online": what was under way before it seldom goes on. */
@@ -186,19 +190,29 @@ class Outage {
 class Reply {
   #url;
   #response;
+  #reader;
+  #first = null; // the promise of the first piece, as of a reader
   #abort;
   #policy;
+  #pace;
   #received;
   #release;
 
   /** abort: of the request. received(bytes): called as they come. release(): called when nothing more comes. */
-  constructor(url, response, { abort, policy, received, release }) {
+  constructor(url, response, { abort, policy, pace, received, release }) {
     this.#url = url;
     this.#response = response;
+    this.#reader = response.body?.getReader() ?? null;
     this.#policy = policy;
+    this.#pace = pace;
     this.#abort = abort;
     this.#received = received;
     this.#release = release;
+  }
+  /** Waits for the first byte, or the end, which pieces yields. Throws as that does. */
+  async begin() {
+    this.#first = this.#next(this.#policy.firstByteMs);
+    await this.#first;
   }
   get status() {
     return this.#response.status;
@@ -214,36 +228,60 @@ class Reply {
    * or nothing comes.
    */
   async *pieces() {
-    const reader = this.#response.body?.getReader();
-    const { firstByteMs, progressMs } = this.#policy;
-    let longest = firstByteMs;
+    if (!this.#first) await this.begin();
     try {
-      for (;;) {
-        const { done, value } = reader ? await this.#next(reader, longest) : { done: true };
+      for (let next = this.#first; ; next = this.#more()) {
+        const { done, value } = await next;
         if (done) return;
-        longest = progressMs;
         this.#received(value.length);
         yield value;
       }
     } finally {
-      reader?.cancel().catch(() => {});
+      this.#reader?.cancel().catch(() => {});
       this.#release();
     }
   }
-  async #next(reader, milliseconds) {
-    const { signal } = this.#abort;
-    const stalled = (passed) => this.#broken(`no byte has come for ${secondsOf(passed)}`);
-    const { onlineMs } = this.#policy;
+  /** The next piece of a body that is under way: when its host goes silent, the rest is to be requested again. */
+  async #more() {
+    const began = performance.now();
+    const over = new AbortController();
+    const silence = this.#pace.silence(began, over.signal).then(() => {
+      if (over.signal.aborted) return null;
+      const passed = performance.now() - began;
+      this.#pace.stalled(passed);
+      throw this.#stalled(passed, { immediate: true });
+    });
+    silence.catch(() => {});
     try {
-      return await unlessAborted(within(reader.read(), milliseconds, onlineMs, stalled), signal);
+      const next = await this.#next(this.#policy.progressMs, silence);
+      this.#pace.went(performance.now() - began);
+      return next;
+    } finally {
+      over.abort();
+    }
+  }
+  /** failure: a promise that may be rejected. */
+  async #next(milliseconds, failure = null) {
+    if (!this.#reader) return { done: true };
+    const { signal } = this.#abort;
+    const { onlineMs } = this.#policy;
+    const next = failure ? Promise.race([this.#reader.read(), failure]) : this.#reader.read();
+    try {
+      return await unlessAborted(
+        within(next, milliseconds, onlineMs, (passed) => this.#stalled(passed)),
+        signal,
+      );
     } catch (error) {
       if (signal.aborted) throw reasonOf(signal);
       this.#abort.abort();
-      throw isTransient(error) ? error : this.#broken(`the response broke off (${causeOf(error)})`, error);
+      throw isTransient(error) ? error : this.#broken(`the response broke off (${causeOf(error)})`, { cause: error });
     }
   }
-  #broken(why, cause) {
-    return asTransient(new FvvError({ code: "io", message: `${this.#url}: ${why}`, cause }));
+  #stalled(passed, how) {
+    return this.#broken(`no byte has come for ${secondsOf(passed)}`, { how });
+  }
+  #broken(why, { cause, how } = {}) {
+    return asTransient(new FvvError({ code: "io", message: `${this.#url}: ${why}`, cause }), how);
   }
   async bytes() {
     const pieces = [];
@@ -336,6 +374,7 @@ export class Network {
   #renewals = new Map(); // address -> the promise of what replaces it, {url, headers}
   #outages = new Set();
   #opened = false;
+  #pace;
   /** Connections count, too. */
   requests = 0;
   bytesRead = 0;
@@ -348,6 +387,7 @@ export class Network {
   constructor(init = {}, { signal, policy = {}, report = () => {}, renew = null } = {}) {
     this.#init = init;
     this.#policy = { ...POLICY, ...policy };
+    this.#pace = new Pace(this.#policy.quickMs);
     this.#report = report;
     this.#renew = renew;
     onAbort(signal, () => this.close(reasonOf(signal)));
@@ -397,53 +437,106 @@ export class Network {
       }
     }
   }
-  /** At the address that has replaced this one, if any. */
+  /** At the address that has replaced this one, if any. That may have been replaced twice while a host was silent. */
   async #askAddress(url, more) {
-    const known = this.#renewals.get(url);
-    const reply = await this.#ask(url, await known, more);
-    if (!EXPIRED.includes(reply.status) || !this.#renew) return reply;
-    if (this.#renewals.get(url) === known)
-      this.#renewals.set(url, unlessAborted(this.#renewed(url, reply.status), this.#closing.signal));
-    const renewed = await this.#renewals.get(url);
-    if (!renewed) return reply;
-    reply.drop();
-    return this.#ask(url, renewed, more);
+    let known = this.#renewals.get(url);
+    let reply = await this.#ask(url, await known, more);
+    for (let round = 0; round < 2 && this.#renew && EXPIRED.includes(reply.status); round++) {
+      if (this.#renewals.get(url) === known)
+        this.#renewals.set(url, unlessAborted(this.#renewed(url, reply.status), this.#closing.signal));
+      known = this.#renewals.get(url);
+      const renewed = await known;
+      if (!renewed) break;
+      reply.drop();
+      reply = await this.#ask(url, renewed, more);
+    }
+    return reply;
   }
   async #renewed(url, status) {
     const found = await this.#renew({ url, status });
     if (!found) return null;
     return typeof found === "string" ? { url: found } : found;
   }
-  /** Asks once. */
   async #ask(named, { url = named, headers: renewed } = {}, { signal, headers, ...more }) {
-    const abort = new AbortController();
-    const untrack = this.#track((reason) => abort.abort(reason));
-    const leave = onAbort(signal, () => abort.abort(reasonOf(signal)));
+    const stop = new AbortController();
+    const untrack = this.#track((reason) => stop.abort(reason));
+    const leave = onAbort(signal, () => stop.abort(reasonOf(signal)));
     const release = () => {
       untrack();
       leave();
     };
     const init = { ...this.#init, ...more, headers: { ...this.#init.headers, ...renewed, ...headers } };
-    const { connectMs, onlineMs } = this.#policy;
-    const late = (passed) => noResponse(url, `none after ${secondsOf(passed)}`);
-    this.requests++;
-    let reply;
-    try {
-      const response = within(fetchOnce(url, { ...init, signal: abort.signal }), connectMs, onlineMs, late);
-      reply = new Reply(url, await unlessAborted(response, abort.signal), {
-        abort,
-        policy: this.#policy,
-        release,
-        received: (bytes) => (this.bytesRead += bytes),
-      });
-    } catch (error) {
-      release();
-      if (!abort.signal.aborted) abort.abort();
-      throw error;
-    }
+    const reply = await this.#first(stop.signal, (abort) => this.#askOnce(url, init, { abort, release })).catch(
+      (error) => {
+        release();
+        throw error;
+      },
+    );
     if (!TRANSIENT.includes(reply.status)) return reply;
     reply.drop();
     throw asTransient(failed(url, reply), { retryAfterMs: retryAfterOf(reply) });
+  }
+  /** A Reply whose first byte has come, or that is not ok. */
+  async #askOnce(url, init, { abort, release }) {
+    const { connectMs, onlineMs } = this.#policy;
+    const late = (passed) => noResponse(url, `none after ${secondsOf(passed)}`);
+    const began = performance.now();
+    this.requests++;
+    const response = within(fetchOnce(url, { ...init, signal: abort.signal }), connectMs, onlineMs, late);
+    const reply = new Reply(url, await unlessAborted(response, abort.signal), {
+      abort,
+      policy: this.#policy,
+      pace: this.#pace,
+      release,
+      received: (bytes) => (this.bytesRead += bytes),
+    });
+    if (reply.ok) await reply.begin();
+    this.#pace.responded(performance.now() - began);
+    return reply;
+  }
+  /**
+   * act(abort): an attempt, which abort ends, also after it has succeeded. While the host is silent others are made beside it, until
+   * it fails by a time-out. Returns what the earliest success returns, and ends the others; throws what the first attempt throws, or the
+   * reason of stop.
+   */
+  #first(stop, act) {
+    const attempts = new Set();
+    const over = new AbortController();
+    const began = performance.now();
+    return new Promise((resolve, reject) => {
+      const end = () => {
+        over.abort();
+        for (const other of attempts) other.abort();
+      };
+      const attempt = async ({ isFirst = false } = {}) => {
+        const abort = new AbortController();
+        attempts.add(abort);
+        const unlink = onAbort(stop, () => abort.abort(reasonOf(stop)));
+        try {
+          const found = await act(abort);
+          attempts.delete(abort);
+          end();
+          resolve(found);
+        } catch (error) {
+          unlink();
+          abort.abort();
+          attempts.delete(abort);
+          if (!isFirst) return;
+          end();
+          reject(error);
+        }
+      };
+      const watch = async () => {
+        await this.#pace.silence(began, over.signal);
+        while (!over.signal.aborted) {
+          attempt();
+          await delay(this.#policy.longestMs, over.signal);
+          await this.#pace.silence(began, over.signal);
+        }
+      };
+      attempt({ isFirst: true });
+      watch();
+    });
   }
 
   /** A whole body. When it breaks off, it is requested again, and what has come is skipped. */
@@ -465,35 +558,54 @@ export class Network {
     }
   }
 
-  /** Returns {socket, opened}: a WebSocket, and the promise of its event "open". That throws FvvError "io". */
-  connect(WebSocket, url, protocols) {
-    const socket = new WebSocket(url, protocols);
+  /**
+   * Resolves with a WebSocket that is open, the first of those that were tried. prepare(socket): called for each, to listen before
+   * anything comes. Throws FvvError "io".
+   */
+  async connect(WebSocket, url, protocols, prepare) {
+    const stop = new AbortController();
+    const untrack = this.#track((reason) => stop.abort(reason));
+    try {
+      const open = (abort) => this.#opening(new WebSocket(url, protocols), url, { abort, prepare });
+      const socket = await this.#first(stop.signal, open);
+      socket.addEventListener("close", untrack);
+      return socket;
+    } catch (error) {
+      untrack();
+      throw error;
+    }
+  }
+  /** Resolves with a WebSocket when it is open. It is closed when abort is aborted. */
+  #opening(socket, url, { abort: { signal }, prepare }) {
     socket.binaryType = "arraybuffer";
     this.requests++;
-    const opened = new Promise((resolve, reject) => {
-      const untrack = this.#track((reason) => {
-        reject(reason);
-        socket.close();
-      });
+    const began = performance.now();
+    return new Promise((resolve, reject) => {
+      const refuse = (why) => reject(new FvvError({ code: "io", message: `${url}: ${why}` }));
+      const fail = () => refuse("the WebSocket could not be opened, or failed");
       const { connectMs, onlineMs } = this.#policy;
       const end = expire(connectMs, onlineMs, () => {
-        reject(new FvvError({ code: "io", message: `${url}: the WebSocket does not open` }));
+        refuse("the WebSocket does not open");
         socket.close();
       });
-      const fail = () =>
-        reject(new FvvError({ code: "io", message: `${url}: the WebSocket could not be opened, or failed` }));
+      const leave = onAbort(signal, () => {
+        end();
+        reject(reasonOf(signal));
+        socket.close();
+      });
       socket.addEventListener("open", () => {
         end();
-        resolve();
+        this.#pace.responded(performance.now() - began);
+        resolve(socket);
       });
       socket.addEventListener("error", fail);
       socket.addEventListener("close", () => {
         end();
-        untrack();
+        leave();
         fail();
       });
+      prepare(socket);
     });
-    return { socket, opened };
   }
 
   /** Ends everything that is under way, and every later request. */
