@@ -1,6 +1,7 @@
-"""A bill of materials in CycloneDX (JSON) for binaries: what is compiled into them, and which shared libraries they load.
+"""A bill of materials in CycloneDX (JSON): what is compiled into binaries and which shared libraries they load; what is in an npm package.
 
     python packaging/sbom.py --product tools --name fvv-tools -o fvv-tools.cdx.json BINARY...
+    python packaging/sbom.py --npm js/player -o fvv-player.cdx.json
 
 Licences are those of components.json, which has to know every library; versions are those of this machine. FFmpeg counts as GPL where it has
 x264 or x265. Needs cyclonedx-python-lib, readelf, and dpkg for versions.
@@ -11,6 +12,7 @@ import importlib.metadata
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 
@@ -78,6 +80,75 @@ def component(known, version_found, package=None, license=None):
     )
 
 
+def emscripten_version(part):
+    """Of a library that Emscripten brings with it; None: it is not here, or does not say."""
+    compiler = shutil.which("emcc")
+    system = pathlib.Path(compiler).resolve().parent / "system/lib" if compiler else HERE
+    for name, pattern in (("VERSION", r"^(\S+)"), ("include/__config", r"_LIBCPP_VERSION (\d+)")):
+        if (file := system / part / name).is_file():
+            return re.search(pattern, file.read_text()).group(1)
+    return None
+
+
+def compiled_into(product):
+    """What components.json says, by name, with the versions of this machine."""
+    found = {}
+    for known in KNOWN:
+        if product not in known.get("compiled_into", ()):
+            continue
+        package = known.get("debian")
+        if package:
+            number = run("dpkg-query", "-W", "-f", "${Version}", package)
+        elif "python" in known:
+            number = importlib.metadata.version(known["python"])
+        else:
+            number = emscripten_version(known["emscripten"])
+        found[known["name"]] = component(known, number or None, package if number else None)
+    return found
+
+
+def npm_purl(name, number):
+    scope, _, rest = name.rpartition("/")
+    return PackageURL("npm", scope or None, rest, number)
+
+
+def npm_bill(folder):
+    """Of a package of js: the packages that npm installs with it, and what is compiled into its wasm."""
+    manifest = json.loads((folder / "package.json").read_text())
+    found = compiled_into(manifest["name"])
+    for name, number in manifest.get("dependencies", {}).items():
+        # All of them are ours, and beside this one.
+        other = json.loads((folder.parent / name.rpartition("/")[2] / "package.json").read_text())
+        found[name] = Component(
+            type=ComponentType.LIBRARY,
+            name=name,
+            version=number,
+            bom_ref=name,
+            licenses=[DisjunctiveLicense(id=other["license"])],
+            purl=npm_purl(name, number),
+        )
+    own = {"name": manifest["name"], "version": manifest["version"]}
+    return bom_of(
+        Component(
+            type=ComponentType.LIBRARY,
+            bom_ref=manifest["name"],
+            licenses=[DisjunctiveLicense(id=manifest["license"])],
+            purl=npm_purl(*own.values()),
+            **own,
+        ),
+        found,
+    )
+
+
+def bom_of(product, found):
+    bom = Bom()
+    bom.metadata.component = product
+    for one in found.values():
+        bom.components.add(one)
+    bom.register_dependency(product, list(found.values()))
+    return bom
+
+
 def bill(product, name, binaries):
     """The Bom. Exits with the names of libraries that components.json does not know."""
     found, unknown = {}, set()
@@ -98,39 +169,31 @@ def bill(product, name, binaries):
                 found[known["name"]] = component(known, number, package, known["gpl"] if gpl else None)
     if unknown:
         sys.exit(f"sbom: packaging/components.json has no licence for {', '.join(sorted(unknown))}")
-    for known in KNOWN:
-        if product not in known.get("compiled_into", ()):
-            continue
-        package = known.get("debian")
-        number = (
-            run("dpkg-query", "-W", "-f", "${Version}", package)
-            if package
-            else importlib.metadata.version(known["python"])
-        )
-        found[known["name"]] = component(known, number or None, package if number else None)
-    bom = Bom()
-    bom.metadata.component = Component(
+    found.update(compiled_into(product))
+    own = Component(
         type=ComponentType.LIBRARY if product in ("library", "encoder") else ComponentType.APPLICATION,
         name=name,
         version=version(),
         bom_ref=name,
         licenses=[DisjunctiveLicense(id="Apache-2.0")],
     )
-    for one in found.values():
-        bom.components.add(one)
-    bom.register_dependency(bom.metadata.component, list(found.values()))
-    return bom
+    return bom_of(own, found)
 
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--product", choices=PRODUCTS, required=True)
-    arguments.add_argument("--name", required=True, help="of the package that has the binaries")
+    arguments.add_argument("--product", choices=PRODUCTS, help="of the binaries")
+    arguments.add_argument("--name", help="of the package that has the binaries")
+    arguments.add_argument(
+        "--npm", type=pathlib.Path, metavar="FOLDER", help="of a package, in place of binaries"
+    )
     arguments.add_argument("-o", "--output", type=pathlib.Path, required=True)
-    arguments.add_argument("binaries", nargs="+", type=pathlib.Path)
+    arguments.add_argument("binaries", nargs="*", type=pathlib.Path)
     given = arguments.parse_args()
-    text = JsonV1Dot6(bill(given.product, given.name, given.binaries)).output_as_string(indent=2)
-    given.output.write_text(text + "\n")
+    if bool(given.npm) == bool(given.product and given.name and given.binaries):
+        arguments.error("expected --npm, or --product, --name and binaries")
+    bom = npm_bill(given.npm) if given.npm else bill(given.product, given.name, given.binaries)
+    given.output.write_text(JsonV1Dot6(bom).output_as_string(indent=2) + "\n")
 
 
 if __name__ == "__main__":

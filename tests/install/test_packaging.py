@@ -127,6 +127,63 @@ def test_a_bill_of_materials_is_valid_and_whole(root, tmp_path, product):
     assert ("CLI11" in by_name) == (product == "tools") and ("FFmpeg" in by_name) == (product != "library")
 
 
+def installed(package):
+    return run("dpkg-query", "-W", "-f", "${Version}", package)
+
+
+NPM = {
+    "decoder": {"draco", "emscripten", "llvm-runtime", "meshoptimizer", "musl"},
+    "player": {
+        "@fvv/decoder",
+        "@fvv/shading",
+        "draco",
+        "emscripten",
+        "llvm-runtime",
+        "meshoptimizer",
+        "musl",
+    },
+    "shading": set(),
+    "three": {"@fvv/shading"},
+    "video-fallback": {"FFmpeg", "emscripten", "llvm-runtime", "musl"},
+}
+
+
+@pytest.mark.parametrize("name", json.loads((SOURCE / "js/package.json").read_text())["workspaces"])
+def test_a_bill_of_an_npm_package_is_valid_and_whole(tmp_path, name):
+    bill = tmp_path / "bill.cdx.json"
+    run(sys.executable, SOURCE / "packaging/sbom.py", "--npm", SOURCE / "js" / name, "-o", bill)
+    text = bill.read_text()
+    assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(text) is None
+    found = json.loads(text)
+    by_name = {one["name"]: one for one in found.get("components", [])}
+    assert by_name.keys() == NPM[name]
+    own = found["metadata"]["component"]
+    manifest = json.loads((SOURCE / "js" / name / "package.json").read_text())
+    assert own["licenses"] == [{"license": {"id": manifest["license"]}}]
+    assert own["purl"] == f"pkg:npm/%40fvv/{name}@{VERSION}"
+    for one in by_name.values():
+        assert one["licenses"]
+    if "draco" in by_name:
+        assert by_name["draco"]["version"] == installed("libdraco-dev")
+        assert by_name["meshoptimizer"]["version"] == installed("libmeshoptimizer-dev")
+    if name == "video-fallback":
+        assert by_name["FFmpeg"]["licenses"] == [{"license": {"id": "LGPL-2.1-or-later"}}]
+    # What the package has a licence of is in its bill.
+    for file in (SOURCE / "js" / name / "dist").glob("LICENSE.*"):
+        assert file.suffix[1:] in by_name
+
+
+def test_notices_name_all_that_is_compiled_into_a_package():
+    notices = (SOURCE / "packaging/NOTICES").read_text()
+    components = json.loads((SOURCE / "packaging/components.json").read_text())["components"]
+    words = {"nlohmann-json": "nlohmann/json", "llvm-runtime": "libc++"}
+    for one in components:
+        if one.get("compiled_into"):
+            assert re.search(
+                rf"^  {re.escape(words.get(one['name'], one['name']))} ", notices, re.M | re.I
+            ), one["name"]
+
+
 def test_a_library_without_a_licence_ends_the_bill(tmp_path):
     done = subprocess.run(
         [sys.executable, SOURCE / "packaging/sbom.py", "--product", "tools", "--name", "x", "-o", tmp_path / "x", "/usr/bin/dpkg"],

@@ -101,7 +101,10 @@ def check_licences(wheel):
         texts = {
             pathlib.Path(name).name: content.read(name) for name in content.namelist() if "/licenses/" in name
         }
-    assert b"Apache License" in texts["LICENSE"] and b"meshoptimizer" in texts["NOTICES"], texts.keys()
+    for name, source in (("LICENSE", "LICENSE"), ("NOTICES", "packaging/NOTICES")):
+        assert (
+            texts.get(name) == (ROOT / source).read_bytes()
+        ), f"{wheel.name}: expected {source}, found {[*texts]}"
 
 
 def keep(wheel, user):
