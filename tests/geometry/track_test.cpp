@@ -3,6 +3,8 @@
 
 #include "fvv_cxx/error.h"
 #include "fvv_geometry/marching_cubes.h"
+#include "fvv_geometry/outline.h"
+#include "fvv_geometry/silhouette.h"
 #include "fvv_geometry/track.h"
 
 #include <algorithm>
@@ -129,6 +131,83 @@ TEST_CASE("where two pieces become one the run ends, and another begins") {
   CHECK(runs[0].frames.size() == 3);
   CHECK(runs[1].first == 3);
   CHECK(runs[1].frames.size() == 3);
+}
+
+namespace {
+
+constexpr double metres_per_pixel = 4.0 / 300; // at the origin
+
+// Three cameras around the origin, and the masks of a surface. The budget is in metres.
+std::vector<track::MaskView> masks_of(const Mesh &mesh) {
+  std::vector<track::MaskView> out;
+  const geometry::ViewedSurface surface(mesh.positions, mesh.faces);
+  for (int k = 0; k < 3; k++) {
+    fvv_camera camera = {};
+    camera.id = uint16_t(k);
+    camera.width = camera.height = 200;
+    camera.fx = camera.fy = 300;
+    camera.cx = camera.cy = 100;
+    camera.r_max = 4;
+    const double turn = k * M_PI / 3, c = std::cos(turn), s = std::sin(turn);
+    const double rotation[9] = {c, s, 0, 0, 0, -1, -s, c, 0};
+    std::copy_n(rotation, 9, camera.rotation);
+    camera.translation[2] = 4;
+    out.push_back({camera, surface.cover(camera), metres_per_pixel});
+  }
+  return out;
+}
+
+// A capsule with bumps of two thirds of a pixel that are elsewhere in each frame.
+Mesh flickering(size_t frame) {
+  const double t = double(frame), phase = 2.3 * t;
+  return meshed(frame, [&](Vec3 p) {
+    return capsule(p, {0, 0, -0.4}, {0.03 * t, 0, 0.4}, 0.25) +
+           0.009 * std::sin(30 * p.z + phase) * std::sin(30 * (p.x + p.y) + 1.7 * phase);
+  });
+}
+
+} // namespace
+
+TEST_CASE("outlines judge frames whose hulls flicker") {
+  track::Settings settings = within(0.003);
+  const decimate::Frames frames = frames_of(4, flickering);
+  const auto tracked = [&] {
+    size_t count = 0;
+    for (const track::Run &run : track::track(frames, settings)) count += run.frames.size();
+    return count;
+  };
+  CHECK(tracked() < 4);
+  settings.masks = [&](size_t i) { return masks_of(flickering(i)); };
+  const std::vector<track::Run> runs = track::track(frames, settings);
+  REQUIRE(runs.size() == 1);
+  REQUIRE(runs[0].frames.size() == 4);
+  size_t by_outlines = 0;
+  for (const track::Frame &frame : runs[0].frames) by_outlines += frame.report.by_outlines;
+  CHECK(by_outlines >= 1);
+  // A budget of a fiftieth of that: outlines are too far off as well.
+  settings.masks = [&](size_t i) {
+    std::vector<track::MaskView> masks = masks_of(flickering(i));
+    for (track::MaskView &mask : masks) mask.scale *= 50;
+    return masks;
+  };
+  CHECK(tracked() < 4);
+}
+
+TEST_CASE("hulls lie on the outlines of their masks, other surfaces do not") {
+  const Mesh ball = shapes::sphere(0.4, 4);
+  const std::vector<track::MaskView> masks = masks_of(ball);
+  CHECK(track::fraction_on_outlines(ball, masks) < track::least_of_hull);
+  CHECK(track::fraction_on_outlines({}, masks) == 0);
+  std::vector<hull::Silhouette> silhouettes;
+  for (const track::MaskView &mask : masks) silhouettes.emplace_back(mask.camera, mask.inside);
+  const Mesh carved = meshed(0, [&](Vec3 p) {
+    const double point[3] = {p.x, p.y, p.z};
+    double furthest = -1;
+    for (const hull::Silhouette &silhouette : silhouettes)
+      furthest = std::max(furthest, silhouette.view(point).metres);
+    return furthest;
+  });
+  CHECK(track::fraction_on_outlines(carved, masks) > track::least_of_hull);
 }
 
 TEST_CASE("frames without a surface are left out, and a run may be cancelled") {

@@ -245,6 +245,25 @@ SilhouetteMatch compare(const std::vector<uint8_t> &projected, const std::vector
   return match;
 }
 
+MaskDifference difference(const std::vector<uint8_t> &projected, const std::vector<uint8_t> &mask,
+                          uint32_t width, uint32_t height, double far) {
+  MaskDifference out;
+  const std::vector<float> distance = hull::signed_distance(mask, width, height, float(far) + 2);
+  size_t sides = 0;
+  for (size_t y = 0, i = 0; y < height; y++)
+    for (size_t x = 0; x < width; x++, i++) {
+      const bool inside = mask[i] != 0;
+      sides += x + 1 < width && inside != (mask[i + 1] != 0);
+      sides += y + 1 < height && inside != (mask[i + width] != 0);
+      if (inside == (projected[i] != 0)) continue;
+      (inside ? out.missed : out.extra)++;
+      out.far += std::abs(double(distance[i])) > far;
+    }
+  // Over all directions a line crosses 4 / pi sides per pixel of its length.
+  out.length = double(sides) * M_PI / 4;
+  return out;
+}
+
 std::vector<size_t> outlier_cameras(const std::vector<CameraMatch> &cameras) {
   std::vector<size_t> measured, out;
   for (size_t i = 0; i < cameras.size(); i++)

@@ -71,11 +71,13 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
 MeshLoader::MeshLoader(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiles)
     : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups),
       has_constant_topology(plan.has_constant_topology), normals(plan.normals.bits != 0),
-      track(plan.tracking.on ? plan.options.track : Track::never), observer(plan.observer) {}
+      track(plan.tracking.on ? plan.options.track : Track::never), by_outlines(plan.tracking.by_outlines),
+      videos(plan.videos), outline_cameras(plan.outline_cameras), observer(plan.observer) {}
 
 MeshLoader::MeshLoader(const MeshLoader &other, Track other_track)
     : capture(other.capture), tiling(other.tiling), choice(other.choice), spans(other.spans),
       has_constant_topology(other.has_constant_topology), normals(other.normals), track(other_track),
+      by_outlines(other.by_outlines), videos(other.videos), outline_cameras(other.outline_cameras),
       observer(other.observer) {}
 
 void MeshLoader::extend(const Plan &plan) {
@@ -163,6 +165,11 @@ void MeshLoader::track_frames(Group &group, size_t first, size_t count) const {
     while (end < last && capture.has_mesh(capture.frames.number(int64_t(end)))) end++;
     const decimate::Frames frames = {end - begin, [&](size_t i) { return source(begin + i); },
                                      [&](size_t i) { return cameras(begin + i); }};
+    if (by_outlines)
+      settings.masks = [&](size_t i) {
+        return mask_views(capture, outline_cameras ? *outline_cameras : capture.cameras, *videos, tiling,
+                          capture.frames.number(int64_t(begin + i)));
+      };
     for (track::Run &run : track::track(frames, settings)) {
       run.first += begin;
       run.key += begin;

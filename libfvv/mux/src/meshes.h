@@ -111,6 +111,9 @@ private:
   std::vector<GroupSpan> spans;
   const bool has_constant_topology, normals; // without it no runs are searched; reads normals
   const Track track;
+  const bool by_outlines; // tracked frames may be judged by masks, which these read
+  const std::shared_ptr<scene::Videos> videos;
+  const std::shared_ptr<const std::vector<scene::Camera>> outline_cameras; // as in the plan
   const Observer observer;
   mutable std::mutex mutex; // of groups
   mutable std::map<size_t, std::shared_ptr<Group>> groups;

@@ -56,7 +56,8 @@ struct DecimationChoice {
 // Whether meshes of changing connectivity are followed.
 struct TrackChoice {
   bool on = false;
-  std::string reason; // empty: Options::track is never
+  std::string reason;       // empty: Options::track is never
+  bool by_outlines = false; // the meshes are hulls of the masks
 };
 
 struct NormalChoice {
@@ -238,6 +239,10 @@ struct Plan {
   // Of each camera of the capture; empty: they are found where masks are read. For plans whose groups are
   // encoded elsewhere, without the files of the others.
   std::vector<media::MaskRule> mask_rules;
+  // For tracking by outlines: all cameras of the capture's files, those too whose pictures are not sent, with
+  // their lens distortion. Of frames in memory NULL: those of the capture. With the rules of their masks.
+  std::shared_ptr<const std::vector<scene::Camera>> outline_cameras;
+  std::vector<media::MaskRule> outline_rules;
   bool warned = false; // while it was made
   CropChoice crop;
   Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent

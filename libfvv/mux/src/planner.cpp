@@ -240,6 +240,8 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.options.bit_rate = options.ladder[0].bit_rate;
   plan.videos = std::make_shared<scene::Videos>(options.threads, given.memory_limit);
   plan.capture = std::move(given);
+  if (options.track != Track::never && !plan.capture.memory)
+    plan.outline_cameras = outline_cameras(plan.capture.cameras, {});
   plan.warned = select(plan.capture, options, plan.observer);
   scene::find_empty_meshes(plan.capture);
   plan.bad = bad;
@@ -280,6 +282,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   plan.tracking = choose_tracking(options, scene, plan.normals, shared);
   plan.has_constant_topology = shared > 0 || plan.tracking.on;
   plan.error = choose_budget(options, scene);
+  look_for_hulls(plan, scene, cameras);
   // How long runs of tracked frames become is not known here; a finer lattice must not cost keys bytes
   // where nothing can be followed.
   const double followed = plan.tracking.on && options.track == Track::always ? 0.5 : 0,

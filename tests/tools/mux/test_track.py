@@ -98,3 +98,26 @@ def test_options_that_leave_nothing_to_track_are_refused(capture, tmp_path):
             "fvvmux", capture, "--track", "auto", *other, "-o", tmp_path / "x.fvv", code=2, warns=True
         )
         assert "--track" in result.stderr
+
+
+def test_outlines_judge_hulls(tmp_path):
+    """Hulls flicker by more than the budget; by their outlines they are tracked all the same."""
+    folder = tmp_path / "hulls"
+    size = ("--rig", "small", "--cameras", 7, "--size", "240x135", "--hull-cells", 64)
+    run("fvvsynth", *size, "--frames", 5, "--meshes", "hull", "-o", folder)
+    small = ("--codec", "jpeg", "--quality", 5)
+    found = {}
+    for how in "never", "auto":
+        output = tmp_path / f"{how}.fvv"
+        done = run("fvvmux", folder, *small, "--track", how, "--verify", "--json", "-o", output)
+        found[how] = json.loads(done.stdout)["mesh"]
+    tracking = found["auto"]["tracking"]
+    assert "touch outlines" in tracking["reason"] and tracking["by_outlines"] >= 2
+    assert found["auto"]["delta"]["frames"] >= 3
+    assert found["auto"]["bytes"] < 0.8 * found["never"]["bytes"]
+    # A budget that is a length is one of distances.
+    done = run(
+        "fvvmux", folder, *small, "--track", "auto", "--max-error", "3mm", "--json", "-o", tmp_path / "mm.fvv"
+    )
+    tracking = json.loads(done.stdout)["mesh"]["tracking"]
+    assert "outlines" not in tracking["reason"] and tracking["by_outlines"] == 0

@@ -128,6 +128,9 @@ struct Report {
   Lost vanished;           // pieces of which nothing is left
   double thin_area = 0;    // square metres of the source further off than max_over_rms allows: thin parts
   size_t dropped_pieces = 0, dropped_faces = 0; // by min_piece
+  // A hull in another frame's faces, whose outlines are within the budget (track.h); its distance from the
+  // frame's own hull need not be, and thin_area is 0.
+  bool by_outlines = false;
   bool kept = false; // the budget cannot be met with fewer faces: the unchanged source
 };
 

@@ -62,6 +62,16 @@ struct SilhouetteMatch {
 SilhouetteMatch compare(const std::vector<uint8_t> &projected, const std::vector<uint8_t> &mask,
                         uint32_t width, uint32_t height);
 
+// Where a projected surface and a mask of the same camera differ, in pixels.
+struct MaskDifference {
+  double length = 0;            // of the mask's outline
+  double missed = 0, extra = 0; // of the mask, not covered; covered, outside of the mask
+  double far = 0;               // of these, further from the mask's outline than a limit
+};
+// Masks are width x height, row by row, nonzero inside.
+MaskDifference difference(const std::vector<uint8_t> &projected, const std::vector<uint8_t> &mask,
+                          uint32_t width, uint32_t height, double far);
+
 // The match of one camera and the diagonal of its picture, relative to which distances are compared between
 // cameras.
 struct CameraMatch {

@@ -17,7 +17,9 @@ struct Stage {
 constexpr Stage coarse_stages[] = {{150, 4}, {110, 2}, {80, 1}, {60, 0.5}, {45, 0.5}};
 constexpr Stage fine_stages[] = {{40, 0.5}, {28, 0.2}, {20, 0.1}, {20, 0.1}, {20, 0.1}};
 constexpr int offset_solves = 3;
-constexpr double offset_reach = 25, offset_smoothness = 0.05, offset_memory = 0.005;
+constexpr double offset_reach = 25, offset_memory = 0.005;
+// Hulls are other ones in each frame: what they do beyond the motion is mostly noise.
+constexpr double offset_smoothness = 0.05, offset_smoothness_of_hulls = 0.5;
 // Of the vertices, against the points of the target: a surface of chords fits best where its vertices lie
 // outside of a convex one.
 constexpr double vertex_weight = 0.1;
@@ -56,8 +58,9 @@ Target::Target(const geometry::Mesh &of)
       }
 }
 
-Follower::Follower(const geometry::Mesh &key, std::function<void()> check)
-    : body(key), unit(body.unit()), coarse(body, coarse_spacing * unit), fine(body, fine_spacing * unit),
+Follower::Follower(const geometry::Mesh &key, bool hulls, std::function<void()> check)
+    : body(key), unit(body.unit()), smoothness(hulls ? offset_smoothness_of_hulls : offset_smoothness),
+      coarse(body, coarse_spacing * unit), fine(body, fine_spacing * unit),
       coarse_system(coarse.vertices.size(), 6, Deformation::pairs(coarse)),
       fine_system(fine.vertices.size(), 6, Deformation::pairs(fine)),
       offset_system(body.points.size(), 1, second_ring(body)), shape(fine, body.points),
@@ -202,9 +205,9 @@ bool Follower::move_offsets(const Target &target, const std::vector<double> &las
       double before = 0;
       for (const auto &[w, value] : row) before += value * last[w];
       for (const auto &[a, x] : row) {
-        right[a] += offset_smoothness * x * before;
+        right[a] += smoothness * x * before;
         for (const auto &[b, y] : row)
-          if (a >= b) *system.at(a, b) += offset_smoothness * x * y;
+          if (a >= b) *system.at(a, b) += smoothness * x * y;
       }
       *system.at(v, v) += offset_memory;
       right[v] += offset_memory * last[v];

@@ -28,8 +28,8 @@ struct Posture {
 
 class Follower {
 public:
-  // check_cancelled: called often; may throw.
-  Follower(const geometry::Mesh &key, std::function<void()> check_cancelled);
+  // hulls: what is followed flickers. check_cancelled: called often; may throw.
+  Follower(const geometry::Mesh &key, bool hulls, std::function<void()> check_cancelled);
 
   const RunMesh &mesh() const { return body; }
   Posture start() const;
@@ -47,7 +47,7 @@ private:
   bool move_offsets(const Target &target, const std::vector<double> &last, Posture &posture);
 
   RunMesh body;
-  double unit;
+  double unit, smoothness; // of offsets
   NodeGraph coarse, fine;
   SparseSystem coarse_system, fine_system, offset_system;
   Deformation shape; // by the fine nodes

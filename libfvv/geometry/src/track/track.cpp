@@ -1,6 +1,7 @@
 #include "fvv_geometry/track.h"
 #include "fvv_geometry/pieces.h"
 #include "geometry/src/track/follower.h"
+#include "geometry/src/track/outline_judge.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +10,8 @@ namespace fvv::track {
 
 namespace {
 
-// Of the budget, for the decimation of the key: the rest is for what following adds.
+// Of the budget, for the decimation of the key: the rest is for what following adds. Nothing is of hulls,
+// whose distance is not the judge.
 constexpr double key_part = 0.7;
 // Of the area: pieces below do not count when a key is chosen.
 constexpr double least_piece = 0.002;
@@ -69,12 +71,13 @@ private:
     run.frames.emplace_back();
     if (!merits[key].sound) return run;
     decimate::Budget tighter = settings.budget;
-    tighter.pixels *= key_part;
+    const double part = settings.masks ? 1 : key_part;
+    tighter.pixels *= part;
     const geometry::Mesh source = frames.mesh(key);
     const decimate::Decimated decimated =
-        decimate::decimate(source, frames.footprint(key), tighter, settings.target_error * key_part);
+        decimate::decimate(source, frames.footprint(key), tighter, settings.target_error * part);
     if (!merit_of(decimated.mesh).sound) return run;
-    Follower follower(decimated.mesh, [this] { check_cancelled(); });
+    Follower follower(decimated.mesh, bool(settings.masks), [this] { check_cancelled(); });
     const Posture start = follower.start();
     std::vector<Frame> before = follow(follower, start, key, first, end, -1), after;
     std::optional<Frame> own = judged(follower, start, source, key);
@@ -101,9 +104,18 @@ private:
       direction > 0 ? i++ : i--;
       if (!merits[i].sound) break;
       const geometry::Mesh source = frames.mesh(i);
-      std::optional<Posture> next = follower.follow(last, before ? &*before : nullptr, Target(source));
-      if (!next) break;
-      std::optional<Frame> frame = judged(follower, *next, source, i);
+      const Target target(source);
+      std::optional<Posture> next;
+      std::optional<Frame> frame;
+      if (before) {
+        next = follower.follow(last, &*before, target);
+        if (next) frame = judged(follower, *next, source, i);
+      }
+      // What a hand or the ground has stopped is nearer to where it was than to where it would have gone.
+      if (!frame) {
+        next = follower.follow(last, nullptr, target);
+        if (next) frame = judged(follower, *next, source, i);
+      }
       if (!frame) break;
       out.push_back(std::move(*frame));
       before = std::move(last);
@@ -121,13 +133,29 @@ private:
     decimate::Outliers outliers;
     frame.report = decimate::measure_on_lattice(decimate::Reference(source, frames.footprint(i)), frame.mesh,
                                                 settings.budget, outliers);
-    if (!(frame.report.error.rms_pixels <= settings.budget.pixels)) return {};
-    if (frame.report.thin_area > settings.most_beyond * merits[i].area) return {};
-    // Of the other direction: what the mesh has and the source has not.
-    if (settings.most_beyond <= 0 &&
-        frame.report.error.max_pixels > decimate::max_over_rms * settings.budget.pixels)
-      return {};
+    if (is_within(frame.report, i)) return frame;
+    if (!settings.masks || !has_outlines(frame, source, i)) return {};
+    frame.report.by_outlines = true;
+    frame.report.thin_area = 0;
     return frame;
+  }
+
+  bool is_within(const decimate::Report &report, size_t i) const {
+    const double budget = settings.budget.pixels;
+    if (!(report.error.rms_pixels <= budget)) return false;
+    if (report.thin_area > settings.most_beyond * merits[i].area) return false;
+    // Of the other direction: what the mesh has and the source has not.
+    return settings.most_beyond > 0 || report.error.max_pixels <= decimate::max_over_rms * budget;
+  }
+
+  // A hull may be anywhere inside of its outlines, but what is far from it has lost it.
+  bool has_outlines(const Frame &frame, const geometry::Mesh &source, size_t i) const {
+    if (!(frame.report.error.rms_pixels <= decimate::max_over_rms * settings.budget.pixels)) return false;
+    check_cancelled();
+    const decimate::Decimated own =
+        decimate::decimate(source, frames.footprint(i), settings.budget, settings.target_error);
+    const std::vector<MaskView> masks = settings.masks(i);
+    return OutlineJudge(masks, own.mesh, settings.budget.pixels).accepts(frame.mesh);
   }
 
   const decimate::Frames &frames;

@@ -82,6 +82,7 @@ struct DecimationSums {
   size_t vanished_pieces = 0;                 // of all frames
   double vanished_area = 0;                   // likewise
   double thin_area = 0;                       // likewise
+  uint64_t by_outlines = 0;                   // frames of hulls that were tracked beyond the distance
   std::vector<GroupTriangles> groups;         // that have frames to be decimated, in order
 
   // The group with most triangles a frame, and how many times as many as the median group it has; 0 without.

@@ -2,6 +2,7 @@
 // that follow from it (budget.cpp, docs/encoding/budget.md); normals, winding, visibility (choices.cpp).
 #pragma once
 
+#include "fvv_geometry/track.h"
 #include "mux/src/choose/sampled_scene.h"
 #include "mux/src/plan.h"
 
@@ -23,9 +24,19 @@ void allow_error(LatticeChoice &choice, const ErrorBudget &error, bool has_const
 // Warns when the lattice was given and errs by more than a budget that was given too. Returns whether it did.
 bool warn_of_lattice(const Plan &plan);
 
-// constant_topology: SampledScene::constant_topology_fraction().
+// Without by_outlines. constant_topology: SampledScene::constant_topology_fraction().
 TrackChoice choose_tracking(const Options &options, const SampledScene &scene, const NormalChoice &normals,
                             double constant_topology);
+// For Plan::outline_cameras; rules: of each camera, if they are known.
+std::shared_ptr<const std::vector<scene::Camera>> outline_cameras(std::vector<scene::Camera> cameras,
+                                                                  const std::vector<media::MaskRule> &rules);
+// The masks of a frame as tracking has them, for the cameras that are calibrated in it. tiling: of the
+// pictures of the capture that are sent, whose pixels the budget counts.
+std::vector<track::MaskView> mask_views(const scene::Capture &capture,
+                                        const std::vector<scene::Camera> &cameras, scene::Videos &videos,
+                                        const Tiling &tiling, int64_t frame);
+// Looks whether the meshes are hulls of the masks. The plan's error is chosen.
+void look_for_hulls(Plan &plan, const SampledScene &scene, const Tiling &tiling);
 // Warns where everything stays a key frame though tracking was demanded.
 bool warn_of_tracking(const Plan &plan);
 

@@ -1,11 +1,15 @@
-// Whether masks say anything: those that a camera's frames all have empty, or full, are mostly a mistake.
+// What masks say: those that a camera's frames all have empty, or full, are mostly a mistake; others show
+// whether the meshes are their hulls.
+#include "fvv_cxx/format.h"
 #include "fvv_cxx/parallel.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/crop.h"
+#include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/terms.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace fvv::mux {
 
@@ -87,6 +91,64 @@ bool warn_of_masks(const Plan &plan, const std::vector<SampledMesh> &meshes) {
       warned = true;
     }
   return warned;
+}
+
+std::shared_ptr<const std::vector<scene::Camera>> outline_cameras(std::vector<scene::Camera> cameras,
+                                                                  const std::vector<media::MaskRule> &rules) {
+  for (size_t i = 0; i < std::min(cameras.size(), rules.size()); i++)
+    if (cameras[i].masks) cameras[i].masks->mask_rule = rules[i];
+  return std::make_shared<const std::vector<scene::Camera>>(std::move(cameras));
+}
+
+std::vector<track::MaskView> mask_views(const scene::Capture &capture,
+                                        const std::vector<scene::Camera> &cameras, scene::Videos &videos,
+                                        const Tiling &tiling, int64_t frame) {
+  const auto scale_of = [](const fvv_tile &tile) {
+    return std::sqrt(double(tile.destination.width) / tile.source.width * double(tile.destination.height) /
+                     tile.source.height);
+  };
+  double typical = 0; // of cameras whose pictures are not sent
+  for (const fvv_tile &tile : tiling.tiles) typical += scale_of(tile) / double(tiling.tiles.size());
+  std::vector<track::MaskView> out;
+  for (const scene::Camera &camera : cameras) {
+    if (!camera.masks || !camera.is_calibrated(frame)) continue;
+    media::Image mask =
+        about_frame(capture, frame, [&] { return videos.read<uint8_t>(capture, *camera.masks, frame, 1); });
+    track::MaskView view = {camera.calibration_at(frame), std::move(mask.pixels)};
+    if (view.camera.width != mask.width || view.camera.height != mask.height) continue; // refused elsewhere
+    for (uint8_t &value : view.inside) value = value > 127;
+    if (typical > 0) view.scale = typical;
+    for (size_t k = 0; k < tiling.tiles.size(); k++)
+      if (capture.cameras[tiling.cameras[k]].calibration.id == camera.calibration.id)
+        view.scale = scale_of(tiling.tiles[k]);
+    out.push_back(std::move(view));
+  }
+  return out;
+}
+
+void look_for_hulls(Plan &plan, const SampledScene &scene, const Tiling &tiling) {
+  // Masks in memory lose their lens distortion with the pictures.
+  if (!plan.tracking.on || plan.error.is_length || (!plan.outline_cameras && plan.undistortion)) return;
+  const std::vector<scene::Camera> &cameras =
+      plan.outline_cameras ? *plan.outline_cameras : plan.capture.cameras;
+  std::vector<double> fractions;
+  for (const SampledScene::Frame &frame : scene.frames()) {
+    const std::vector<track::MaskView> masks =
+        mask_views(plan.capture, cameras, *plan.videos, tiling, frame.number);
+    if (masks.empty()) return;
+    fractions.push_back(track::fraction_on_outlines(frame.mesh, masks));
+  }
+  const double fraction = *std::min_element(fractions.begin(), fractions.end());
+  plan.tracking.by_outlines = fraction >= track::least_of_hull;
+  if (!plan.tracking.by_outlines) return;
+  plan.tracking.reason += fvv::format("; %.3g %% of the surface touch outlines of the masks, as hulls do: "
+                                      "outlines decide, not the distance",
+                                      100 * fraction);
+  if (!plan.outline_cameras) return;
+  for (const scene::Camera &camera : cameras)
+    plan.outline_rules.push_back(camera.masks ? plan.videos->mask_rule(plan.capture, *camera.masks)
+                                              : media::MaskRule::luma);
+  plan.outline_cameras = outline_cameras(cameras, plan.outline_rules);
 }
 
 } // namespace fvv::mux

@@ -187,18 +187,18 @@ struct Fields {
     a(rates, sizes);
   }
   template <class A> static void of(A &a, TrackChoice &v) {
-    auto &[on, reason] = v;
-    a(on, reason);
+    auto &[on, reason, by_outlines] = v;
+    a(on, reason, by_outlines);
   }
   // Of the capture, what files say; sources are for a summary alone.
   template <class A> static void of(A &a, Plan &v) {
     auto &[options, observer, capture, group_size, groups, bad, has_constant_topology, tracking, error,
            lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,
-           mask_rules, warned, crop, whole, visibility, match, inset, colours, undistortion, environment,
-           sounds, frame_limit] = v;
+           mask_rules, outline_cameras, outline_rules, warned, crop, whole, visibility, match, inset, colours,
+           undistortion, environment, sounds, frame_limit] = v;
     a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, tracking, error,
-      lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, warned, crop, whole,
-      visibility, match, inset, colours, environment, sounds, frame_limit);
+      lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, outline_rules,
+      warned, crop, whole, visibility, match, inset, colours, environment, sounds, frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
     auto &[plan, decisions, capture, warnings] = v;
@@ -339,7 +339,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 4;
+constexpr int plan_version = 5;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);
@@ -353,6 +353,7 @@ void complete(PlanData &data, const std::string &path) {
   plan.capture = scene::parse_capture(data.capture, path);
   plan.capture.memory_limit = memory_limit_of(plan.options);
   plan.capture.mesh_cache = scene::make_mesh_cache();
+  plan.outline_cameras = outline_cameras(plan.capture.cameras, plan.outline_rules);
   select(plan.capture, plan.options, {});
   plan.capture.frames = frames;
   plan.capture.empty = empty;
@@ -363,6 +364,7 @@ void complete(PlanData &data, const std::string &path) {
   if (plan.options.undistort)
     plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, plan.options.undistort_alpha);
   if (plan.match.on) plan.match.tables = gain_tables(plan.match, plan.capture.cameras.size());
+  plan.videos = std::make_shared<scene::Videos>(plan.options.threads, plan.capture.memory_limit);
   for (MeshTrack &track : plan.meshes)
     track.loader = std::make_shared<MeshLoader>(plan, track.decimation, plan.whole);
 }

@@ -105,6 +105,7 @@ void add(DecimationSums &sums, const decimate::Report &report, size_t group) {
   sums.vanished_pieces += report.vanished.pieces;
   sums.vanished_area += report.vanished.area;
   sums.thin_area += report.thin_area;
+  sums.by_outlines += report.by_outlines;
   if (sums.groups.empty() || sums.groups.back().group != group) sums.groups.push_back({group});
   GroupTriangles &here = sums.groups.back();
   here.frames++;

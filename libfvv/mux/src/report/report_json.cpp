@@ -70,7 +70,9 @@ Json mesh_json(const Report &r) {
                     {"turned_away", r.winding.turned_away},
                     {"by_cameras", r.winding.by_cameras}};
   out["normals"] = {{"bits", r.normals.bits}, {"reason", r.normals.reason}};
-  if (r.tracking) out["tracking"] = {{"on", r.tracking->on}, {"reason", r.tracking->reason}};
+  if (r.tracking)
+    out["tracking"] = {
+        {"on", r.tracking->on}, {"reason", r.tracking->reason}, {"by_outlines", r.decimation.by_outlines}};
   out["max_axis_error"] = r.changes.max_error;
   out["changed_frames"] = r.changes.changed_frames;
   out["empty_frames"] = r.empty_frames;

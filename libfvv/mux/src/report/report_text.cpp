@@ -193,6 +193,8 @@ void mesh_lines(std::string &out, const Report &r) {
   if (r.tracking)
     line(out, "  tracked   %s: %s", r.tracking->on ? "where the budget allows" : "no frame",
          r.tracking->reason.c_str());
+  if (r.decimation.by_outlines)
+    line(out, "            %llu frames by their outlines", (unsigned long long)r.decimation.by_outlines);
   if (r.delta.chunks)
     line(out, "  frames    %llu key, %.2f kB each; %llu delta, %.2f kB each, off by %u steps at most",
          (unsigned long long)(r.mesh.chunks - r.delta.chunks),
