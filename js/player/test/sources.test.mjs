@@ -64,6 +64,25 @@ describe("sources", { skip: missingBrowser("chromium") }, () => {
     assert.equal((await events()).filter((type) => type === "loadstart").length, 1);
   });
 
+  test("of 25 sources 60 ms apart, each while the one before it opens, the last one plays", async () => {
+    await events();
+    await ask(async () => {
+      for (let i = 0; i < 25; i++) {
+        window.player.src = `players.fvv?r=${i}`;
+        await new Promise((done) => setTimeout(done, 60));
+      }
+      await window.player.play();
+    });
+    const shown = await ask(() => window.player.stats.framesShown);
+    await until((shown) => window.player.stats.framesShown > shown + 10, shown);
+    assert.match(await ask(() => window.player.currentSrc), /r=24$/);
+    assert.equal(await ask(() => window.player.error), null);
+    assert.equal(page.workers().length, 1);
+    const seen = await events();
+    for (const type of ["loadstart", "emptied"]) assert.equal(seen.filter((one) => one === type).length, 25, type);
+    assert.ok(!seen.includes("error"), `${seen}`);
+  });
+
   test("30 sources one after the other leave no workers, nodes, listeners or memory behind", async () => {
     const session = await page.createCDPSession();
     const held = async () => {
