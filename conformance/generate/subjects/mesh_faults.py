@@ -35,7 +35,7 @@ def header():
         patched(RAW, "MESH payload", "reserved", 1),
         3001,
     )
-    for profile in (3, 5, 127, 128, 255):
+    for profile in (3, 6, 127, 128, 255):
         mesh(
             f"profile_{profile}",
             f"A mesh of profile {profile}.",

@@ -197,7 +197,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t s
 typedef struct fvv_mesh_sequence fvv_mesh_sequence;
 
 /* key: the decoded key mesh (fvv_mesh_decode), never the one handed to the encoder; it is copied. Close with
- * fvv_mesh_sequence_close. Some 140 bytes a vertex, 56 more with normals. allocator NULL: malloc. On error
+ * fvv_mesh_sequence_close. Some 140 bytes a vertex, 56 more with normals; from the first patched frame on a
+ * byte a face, and while a frame is patched its mesh and its patch. allocator NULL: malloc. On error
  * *sequence is NULL. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allocator,
                                                        fvv_mesh_sequence **sequence,
