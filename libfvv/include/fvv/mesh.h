@@ -72,7 +72,8 @@ FVV_API void fvv_normals_to_floats(uint8_t bits, const uint32_t *indices, size_t
  * it, each weighted with its area (clause 8.12); then vertices on one lattice point count as one, so that
  * seams of the atlas don't show. normals: vertex_count x 3 floats, unit length; zero where areas cancel. The
  * same bits on every machine. 0.33 ms for 17,500 vertices; 44 bytes of scratch memory a vertex. allocator
- * NULL: malloc. FVV_ERROR_INPUT: the mesh breaks a rule of clause 8.3. */
+ * NULL: malloc. FVV_ERROR_INPUT: the mesh breaks a rule of clause 8.3; vertices that no face uses may be
+ * there, as a patched frame has some, and are zero. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_normals(const fvv_mesh *mesh, const fvv_allocator *allocator,
                                                  float *normals, fvv_diagnostic *diagnostic);
 
