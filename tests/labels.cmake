@@ -18,11 +18,12 @@ set(FVV_TEST_TOOLS fvvcompare fvvdemux fvvimport fvvinfo fvvmux fvvrecover fvvre
 set(FVV_CORE_FOLDERS base container mesh calibration visibility video environment stream)
 
 # Entries that are not of cost "area", by name: regular expressions. The first list with one that matches counts.
-set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_time" "js: vite dev" "js: (player: )?chaos: .*" "js: firefox: .*" "js: player: endurance" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
+set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_time" "js: vite dev" "js: (player: )?chaos: .*" "js: firefox: .*" "js: player: endurance"
+  "charts: (degradations|stability)" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
   "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
 set(FVV_WHOLE_TESTS "cli: (faults|max_memory|nesting|style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
-  "python: (cluster|threads|notebook|examples|capture .*)" "samples" "charts: (degradations|stability)" "install: packages?.*" "fuzz: (mutations|amplification)"
+  "python: (cluster|threads|notebook|examples|capture .*)" "samples" "install: packages?.*" "fuzz: (mutations|amplification)"
   "conformance: (decoders|rendering|large_offsets)"
   "js: (packages|samples|browser|sound|site|live|ladder|settle|network|chaos|three)" "js: docs: (samples|pages)" "js: player: .*" "js: build the video fallback"
   "js: video fallback: .*")
