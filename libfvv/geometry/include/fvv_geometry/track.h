@@ -7,6 +7,7 @@
 #include "fvv_geometry/decimate.h"
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace fvv::track {
@@ -19,10 +20,12 @@ struct MaskView {
 };
 
 struct Settings {
-  // Of every frame of a run, rounding to the lattice included: rms over the surface, and what part of the
-  // area may be further off than decimate::max_over_rms times the budget. triangles is not used.
+  // Of every frame of a run, rounding to the lattice included: rms over the surface, and no place further off
+  // than decimate::max_over_rms times the budget. triangles is not used.
   decimate::Budget budget;
-  double most_beyond = 0;
+  // Whether a patch may stand where a frame is further off; without, such a frame ends its run. The first
+  // frame of a run has none.
+  bool patches = false;
   // Of decimate::decimate(), for the budget.
   double target_error = 0;
   // For hulls, which flicker by more than the budget. A frame whose distance from its hull is beyond the
@@ -35,10 +38,23 @@ struct Settings {
   std::function<void()> check_cancelled = {};
 };
 
-struct Frame {
-  geometry::Mesh mesh;     // not yet rounded
-  decimate::Report report; // against the frame's source
+// What stands in place of some faces of a run's mesh, for one frame. Closed where that was: each edge of the
+// faces that remain which had one of these at its other side has one of the patch.
+struct Patch {
+  std::vector<uint8_t> absent; // of each face of the frame's mesh: 1 where it is left out
+  geometry::Mesh mesh;         // not yet rounded
+  // Of each vertex of the patch that of the frame's mesh at whose place it is; UINT32_MAX: it has its own.
+  std::vector<uint32_t> joins;
 };
+
+struct Frame {
+  geometry::Mesh mesh; // not yet rounded
+  std::optional<Patch> patch;
+  decimate::Report report; // against the frame's source, with the patch
+};
+
+// The frame's surface: what remains of its mesh, then the patch.
+geometry::Mesh patched(const geometry::Mesh &mesh, const Patch &patch);
 
 // Frames first to first + frames.size() - 1, whose meshes have the same faces.
 struct Run {
