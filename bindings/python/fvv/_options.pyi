@@ -45,9 +45,9 @@ class EncodeOptions(TypedDict, total=False):
     #: Every mesh a key frame, also where the faces are those of the frame before.
 
     track: Literal["auto", "never", "always"] | None
-    #: Follow surfaces whose faces change in every frame, and send runs of frames as motion: auto (where every place
-    #: stays within max_error and that takes fewer bytes), always (where the rms does, with a warning for places that
-    #: do not) or never, the default: it takes about a second a frame (docs/encoding/tracking.md). Default: never.
+    #: Follow surfaces whose faces change in every frame, and send runs of frames as motion, with a patch where that
+    #: fails: auto (where it takes fewer bytes), always (on a finer lattice, for long runs) or never, the default: it
+    #: takes one to two seconds a frame (docs/encoding/tracking.md). Default: never.
 
     min_component: int | None
     #: Drop connected pieces with fewer faces. Default: 0.

@@ -2,6 +2,7 @@
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
 #include "mux/src/choose/choices.h"
+#include "mux/src/patch_coder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -158,7 +159,7 @@ void MeshLoader::track_frames(Group &group, size_t first, size_t count) const {
   track::Settings settings;
   settings.budget = choice.budget;
   settings.target_error = choice.target_error;
-  settings.most_beyond = track == Track::always ? 1 : 0;
+  settings.patches = true;
   settings.check_cancelled = [this] { observer.check_cancelled(); };
   for (size_t begin = first, last = first + count; begin < last; begin++) {
     size_t end = begin; // frames with a mesh, after each other
@@ -213,28 +214,31 @@ void MeshLoader::leave_untracked(size_t i) {
   if (run != group->tracked.end()) group->tracked.erase(run);
 }
 
-geometry::Mesh MeshLoader::load(size_t i, scene::MeshReport *report,
-                                std::optional<decimate::Report> &decimation) const {
-  geometry::Mesh mesh = source(i, report);
-  if (!choice.on) return mesh;
+PreparedMesh MeshLoader::load(size_t i) const {
+  PreparedMesh loaded;
+  loaded.mesh = source(i, &loaded.report);
+  if (!choice.on) return loaded;
   const std::shared_ptr<Group> group = known_group(i);
   if (const auto run = run_with(group->tracked, i); run != group->tracked.end()) {
     const track::Frame &frame = run->frames[i - run->first];
-    decimation = frame.report;
-    return frame.mesh;
+    loaded.decimation = frame.report;
+    loaded.mesh = frame.patch ? track::patched(frame.mesh, *frame.patch) : frame.mesh;
+    if (frame.patch) loaded.body = {frame.mesh, *frame.patch};
+    return loaded;
   }
   const size_t of = group->run_of[i - spans[group_index(i)].first];
   decimate::Decimated out;
   if (of == SIZE_MAX) {
-    out = decimate::decimate(mesh, cameras(i), choice.budget, choice.target_error);
+    out = decimate::decimate(loaded.mesh, cameras(i), choice.budget, choice.target_error);
   } else {
     const DecimatedRun &run = group->runs[of];
     const std::vector<uint32_t> &order = run.orders[i - run.first];
-    if (!order.empty()) mesh = reordered(mesh, order, source(run.first));
-    out = run.run.apply(mesh, i - run.first);
+    if (!order.empty()) loaded.mesh = reordered(loaded.mesh, order, source(run.first));
+    out = run.run.apply(loaded.mesh, i - run.first);
   }
-  decimation = out.report;
-  return std::move(out.mesh);
+  loaded.decimation = out.report;
+  loaded.mesh = std::move(out.mesh);
+  return loaded;
 }
 
 namespace {
@@ -300,12 +304,14 @@ public:
 
   // Takes frame first + size() when it belongs to the run.
   bool extend(const PreparedMesh &candidate) {
+    if (source.body) return false; // a key frame has no patch
     DeltaInput next;
+    if (candidate.body) next.patch = candidate.body->patch;
     next.source = candidate.report;
     next.decimation = candidate.decimation;
     next.loss = candidate.loss;
     const size_t i = first + size();
-    const geometry::Mesh &mesh = candidate.mesh;
+    const geometry::Mesh &mesh = candidate.body ? candidate.body->mesh : candidate.mesh;
     const std::optional<std::vector<uint32_t>> there = same_connectivity(source.mesh, mesh);
     if (!there) return false;
     const std::vector<double> positions = reordered(mesh, *there, source.mesh).positions;
@@ -353,7 +359,8 @@ public:
     frames[0].payload = payload.copy();
     frames[0].faces = decoded.face_count;
     frames[0].origins = origins_of(mesh_of, coded, decoded.vertex_count, mesh.vertex_count);
-    follow(decoded, frames);
+    coded.resize(decoded.vertex_count);
+    follow(PatchCoder(plan, source.mesh, mesh_of, coded, decoded), decoded, frames);
     return frames;
   }
 
@@ -365,6 +372,7 @@ private:
     std::vector<int32_t> lattice; // in the order of the first frame's vertices
     std::vector<uint32_t> order;  // vertex of the first frame -> vertex of this one
     double rounding = 0;          // metres, by which the lattice differs from the file
+    std::optional<track::Patch> patch;
   };
 
   // Of the vertices that were welded the first stands for all.
@@ -379,7 +387,7 @@ private:
     return origins;
   }
 
-  void follow(const fvv_mesh &key, std::vector<MeshFrame> &frames) const {
+  void follow(const PatchCoder &patches, const fvv_mesh &key, std::vector<MeshFrame> &frames) const {
     fvv_diagnostic diagnostic = {};
     fvv_mesh_sequence *opened = nullptr;
     const fvv_status status = fvv_mesh_sequence_open(&key, nullptr, &opened, &diagnostic);
@@ -395,15 +403,25 @@ private:
       std::vector<int32_t> wanted(3 * origins.size());
       for (size_t k = 0; k < wanted.size(); k++)
         wanted[k] = loaded[i].lattice[3 * size_t(origins[k / 3]) + k % 3];
-      fvv::check(fvv_mesh_sequence_encode(sequence.get(), wanted.data(), &options, &payload, &diagnostic),
-                 name_of(plan, first + i), diagnostic);
+      std::optional<PatchCoder::Coded> patch;
+      if (loaded[i].patch) {
+        patch = patches.encode(*loaded[i].patch, name_of(plan, first + i));
+        fvv_mesh_patch described = patch->described();
+        fvv::check(fvv_mesh_sequence_encode_patched(sequence.get(), wanted.data(), &options, &described,
+                                                    &payload, &diagnostic),
+                   name_of(plan, first + i), diagnostic);
+      } else {
+        fvv::check(fvv_mesh_sequence_encode(sequence.get(), wanted.data(), &options, &payload, &diagnostic),
+                   name_of(plan, first + i), diagnostic);
+      }
       uint32_t off = 0;
       const int32_t *got = fvv_mesh_sequence_mesh(sequence.get())->lattice;
       for (size_t k = 0; k < wanted.size(); k++) off = std::max(off, uint32_t(std::abs(got[k] - wanted[k])));
       if (off > options.max_error || payload.size >= frames[0].payload.size()) return;
       MeshFrame frame;
       frame.key = false;
-      frame.faces = frames[0].faces;
+      frame.patched = patch.has_value();
+      frame.faces = fvv_mesh_sequence_mesh(sequence.get())->face_count;
       frame.source = loaded[i].source;
       frame.decimation = loaded[i].decimation;
       frame.loss = loaded[i].loss;
@@ -412,6 +430,8 @@ private:
       frame.payload = payload.copy();
       auto own = std::make_shared<std::vector<uint32_t>>(origins);
       for (uint32_t &vertex : *own) vertex = loaded[i].order[vertex];
+      if (const fvv_mesh *decoded = fvv_mesh_sequence_patch(sequence.get()); patch && decoded)
+        patch->add_origins(*decoded, got, source.mesh.vertex_count(), *own);
       frame.origins = *own == origins ? frames[0].origins : own;
       frames.push_back(std::move(frame));
     }
@@ -433,8 +453,7 @@ void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh) {
 }
 
 PreparedMesh prepare_mesh(const Plan &plan, const MeshTrack &track, size_t i) {
-  PreparedMesh source;
-  source.mesh = track.loader->load(i, &source.report, source.decimation);
+  PreparedMesh source = track.loader->load(i);
   check_normals(plan, i, source.mesh);
   source.loss = quantisation_loss(source.mesh, plan.lattice.lattice, plan.options.min_component,
                                   source.decimation.has_value());

@@ -56,6 +56,21 @@ std::optional<std::vector<uint32_t>> same_connectivity(const geometry::Mesh &a, 
 geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t> &order,
                          const geometry::Mesh &like);
 
+// A mesh that was followed into a frame, and what stands in place of some of its faces there.
+struct PatchedBody {
+  geometry::Mesh mesh;
+  track::Patch patch;
+};
+
+// The mesh of a frame, decimated when that is the plan: what a track is to have.
+struct PreparedMesh {
+  geometry::Mesh mesh;             // with the patch
+  std::optional<PatchedBody> body; // when it has one
+  scene::MeshReport report;
+  std::optional<decimate::Report> decimation;
+  QuantisationLoss loss;
+};
+
 // Frames of a group that follow each other and have the same connectivity (connectivity.h) are a run, and
 // have the same faces after decimation, in the order of the first one's vertices: they could not be coded as
 // motion otherwise. All else is decimated frame by frame. What a frame becomes depends on the frames of its
@@ -68,9 +83,8 @@ public:
   // The same meshes with another rule of tracking.
   MeshLoader(const MeshLoader &other, Track track);
 
-  // Loads frame i (counted from 0). report may be NULL; decimation is filled when the choice is to decimate.
-  // Several threads may call it. Throws Error.
-  geometry::Mesh load(size_t i, scene::MeshReport *report, std::optional<decimate::Report> &decimation) const;
+  // Loads frame i (counted from 0), without its loss. Several threads may call it. Throws Error.
+  PreparedMesh load(size_t i) const;
 
   // Whether frame i is part of a run that was tracked, which begins with it or before it.
   bool is_tracked(size_t i) const;
@@ -121,7 +135,7 @@ private:
 
 struct MeshFrame {
   std::vector<uint8_t> payload; // empty: the frame has no mesh
-  bool key = true;
+  bool key = true, patched = false;
   uint32_t faces = 0; // that decoders have
   scene::MeshReport source;
   std::optional<decimate::Report> decimation; // when the plan is to decimate
@@ -132,14 +146,7 @@ struct MeshFrame {
   std::shared_ptr<const std::vector<uint32_t>> origins;
 };
 
-// The mesh of frame i (counted from 0), decimated when that is the plan: what a track is to have. Failures
-// name file, frame and element, as those of all that follow.
-struct PreparedMesh {
-  geometry::Mesh mesh;
-  scene::MeshReport report;
-  std::optional<decimate::Report> decimation;
-  QuantisationLoss loss;
-};
+// Of frame i (counted from 0). Failures name file, frame and element, as those of all that follow.
 PreparedMesh prepare_mesh(const Plan &plan, const MeshTrack &track, size_t i);
 // Throws Error if the mesh of frame i lacks normals that are to be sent.
 void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh);

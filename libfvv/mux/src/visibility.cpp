@@ -44,6 +44,9 @@ public:
     return *fvv_mesh_sequence_mesh(sequence.get());
   }
 
+  // Of the last frame; NULL: it has none.
+  const fvv_mesh *patch() const { return sequence ? fvv_mesh_sequence_patch(sequence.get()) : nullptr; }
+
 private:
   void check(fvv_status status) { fvv::check(status, name, diagnostic); }
 
@@ -268,7 +271,8 @@ GivenVisibility SurfaceCoder::given(size_t frame, const fvv_mesh &mesh) const {
 }
 
 ColourFrame SurfaceCoder::colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh,
-                                  const std::vector<fvv_camera> &cameras, const States &states) const {
+                                  const fvv_mesh &described, const std::vector<fvv_camera> &cameras,
+                                  const States &states) const {
   const int64_t number = plan.capture.frames.number(int64_t(frame));
   const std::vector<float> metres = metres_of(mesh, plan.lattice.lattice);
   const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
@@ -296,7 +300,11 @@ ColourFrame SurfaceCoder::colours(const MeshTrack &track, size_t frame, const fv
   // Cells grow as the pixels of the rung do.
   const double cell_size =
       std::min(std::round(track.times * plan.colours.cell_size), double(FVV_COLOURS_MAX_CELL));
-  return *encode_colours(plan, track, mesh, gatherer.colours(), uint32_t(cell_size), true);
+  render::VertexColours found = gatherer.colours();
+  const size_t before = mesh.vertex_count - described.vertex_count;
+  found.rgb.erase(found.rgb.begin(), found.rgb.begin() + std::ptrdiff_t(3 * before));
+  found.weight.erase(found.weight.begin(), found.weight.begin() + std::ptrdiff_t(before));
+  return *encode_colours(plan, track, described, found, uint32_t(cell_size), true);
 }
 
 ColourFrame SurfaceCoder::vertex_colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh) const {
@@ -337,21 +345,28 @@ SurfaceFrames SurfaceCoder::encode(const MeshTrack &track, size_t first,
   DecodedMeshes decoded(plan.capture.path);
   FrameCoder coder(plan, choice, track);
   const bool visible = on;
+  bool patched = false; // the frame before
   for (size_t i = 0; i < meshes.size() && (visible || plan.colours.on); i++) {
     if (meshes[i].payload.empty()) continue;
     const bool followed = i + 1 < meshes.size() && !meshes[i + 1].key;
     const fvv_mesh &mesh = decoded.next(meshes[i], followed);
-    const bool for_colours = choice.known && plan.colours.on && meshes[i].key;
+    const fvv_mesh *patch = meshes[i].key ? nullptr : decoded.patch();
+    const bool has_faces_before = !meshes[i].key && !meshes[i].patched && !patched;
+    patched = meshes[i].patched;
+    // Of delta frames the key mesh's colours hold, but for a patch.
+    const fvv_mesh *described = meshes[i].key ? &mesh : patch;
+    const bool for_colours = choice.known && plan.colours.on && described;
     if (visible || for_colours) {
       VisibilityFrame frame =
-          coder.code(mesh, !meshes[i].key, cameras_of(first + i, choice.cameras), given(first + i, mesh));
+          coder.code(mesh, has_faces_before, cameras_of(first + i, choice.cameras), given(first + i, mesh));
       if (visible) frames.visibility[i] = std::move(frame);
     }
-    if (plan.colours.of_vertices && meshes[i].key)
-      frames.colours[i] = vertex_colours(track, first + i, mesh);
-    else if (plan.colours.on && meshes[i].key)
-      frames.colours[i] =
-          colours(track, first + i, mesh, cameras_of(first + i, plan.colours.cameras), coder.states());
+    if (!described) continue;
+    if (plan.colours.of_vertices)
+      frames.colours[i] = vertex_colours(track, first + i, *described);
+    else if (plan.colours.on)
+      frames.colours[i] = colours(track, first + i, mesh, *described,
+                                  cameras_of(first + i, plan.colours.cameras), coder.states());
   }
   return frames;
 }

@@ -73,7 +73,7 @@ private:
   // What frames from memory say of visibility, brought to the vertices of the decoded mesh.
   GivenVisibility given(size_t frame, const fvv_mesh &mesh) const;
   // Of a key mesh. cameras: of the frame; states: what they see of it, of those that have it.
-  ColourFrame colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh,
+  ColourFrame colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh, const fvv_mesh &described,
                       const std::vector<fvv_camera> &cameras, const States &states) const;
   // Likewise, of those that the frame's mesh brings.
   ColourFrame vertex_colours(const MeshTrack &track, size_t frame, const fvv_mesh &mesh) const;

@@ -1,7 +1,10 @@
 """fvvmux --track: meshes whose faces change in every frame as motion."""
 
+import collections
+import itertools
 import json
 
+import numpy as np
 import pytest
 from conftest import run
 from PIL import Image
@@ -46,6 +49,111 @@ def test_tracked_frames_take_fewer_bytes_within_the_error(capture, tmp_path):
         assert found["bytes"] <= most * keys["bytes"]
         run("fvvcompare", capture, tmp_path / f"{how}.fvv", *three, "--max-rms", 0.0085)
     assert found["mesh"]["delta"]["frames"] >= 1
+
+
+def field(frame, cells=28):
+    """Two balls that come near to each other; from frame 2 on a bar connects them. Positive inside; the grid moves with each frame,
+    so that no two have the same faces."""
+    axes = [np.linspace(-1, 1, cells) + (0.013 * frame if axis == 0 else 0) for axis in range(3)]
+    x, y, z = np.meshgrid(*axes, indexing="ij")
+    near = 0.5 - 0.02 * frame
+    out = 0.3 - np.minimum(np.hypot(np.hypot(x - near, y), z), np.hypot(np.hypot(x + near, y), z))
+    if frame >= 2:
+        bar = np.where(np.abs(x) < near, 0.15 - np.hypot(y, z), -1)
+        out = np.maximum(out, bar)
+    return axes, out
+
+
+def write_surface(path, frame):
+    """Marching tetrahedra: six to a cell, so that the surface is closed."""
+    axes, value = field(frame)
+    points, numbers, faces = [], {}, []
+
+    def crossing(a, b):
+        key = (min(a, b), max(a, b))
+        if key not in numbers:
+            t = value[a] / (value[a] - value[b])
+            ends = [np.array([axes[k][p[k]] for k in range(3)]) for p in (a, b)]
+            points.append(ends[0] + t * (ends[1] - ends[0]))
+            numbers[key] = len(points)
+        return numbers[key]
+
+    inside = value > 0
+    active = np.zeros(inside.shape, bool)
+    for shift in np.ndindex(2, 2, 2):
+        moved = inside[tuple(slice(s, s - 1 or None) for s in shift)]
+        active[:-1, :-1, :-1] |= moved != inside[:-1, :-1, :-1]
+    for cell in np.argwhere(active):
+        for order in itertools.permutations(range(3)):
+            corner, corners = cell.copy(), [tuple(cell)]
+            for axis in order:
+                corner[axis] += 1
+                corners.append(tuple(corner))
+            a = [c for c in corners if inside[c]]
+            b = [c for c in corners if not inside[c]]
+            if not a or not b:
+                continue
+            if len(a) == 2:
+                square = [
+                    crossing(a[0], b[0]),
+                    crossing(a[0], b[1]),
+                    crossing(a[1], b[1]),
+                    crossing(a[1], b[0]),
+                ]
+                made = [square[:3], [square[0], *square[2:]]]
+            else:
+                made = [[crossing(p, q) for p in a for q in b]]
+            out = np.mean([[axes[k][p[k]] for k in range(3)] for p in b], axis=0)
+            for face in made:
+                p, q, r = (points[v - 1] for v in face)
+                outside = np.dot(np.cross(q - p, r - p), out - p) > 0
+                faces.append(face if outside else face[::-1])
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in points] + [f"f {a} {b} {c}" for a, b, c in faces]
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.fixture(scope="module")
+def joining(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("joining")
+    for frame in range(5):
+        write_surface(folder / f"{frame}.obj", frame)
+    description = {
+        "fvv_capture": 1,
+        "frame_rate": "30",
+        "frames": {"first": 0, "count": 5},
+        "units": "metres",
+        "meshes": {"pattern": "%d.obj"},
+    }
+    (folder / "capture.json").write_text(json.dumps(description))
+    return folder
+
+
+def test_where_pieces_become_one_a_patch_is_sent(joining, tmp_path):
+    made = {}
+    for how in "never", "auto":
+        stream = tmp_path / f"{how}.fvv"
+        done = run(
+            "fvvmux", joining, "--max-error", "5mm", "--track", how, "--verify", "--json", "-o", stream
+        )
+        made[how] = json.loads(done.stdout)
+    assert made["auto"]["bytes"] < 0.9 * made["never"]["bytes"]
+    assert made["auto"]["mesh"]["key"]["frames"] < 5
+    assert made["auto"]["mesh"]["patched"]["frames"] >= 1
+    run("fvvinfo", tmp_path / "auto.fvv")
+    out = tmp_path / "out"
+    run("fvvdemux", tmp_path / "auto.fvv", "-o", out, "--format", "obj")
+    for frame in range(5):
+        text = next(out.glob(f"meshes/*{frame}.obj")).read_text().split("\n")
+        points = np.array([line.split()[1:4] for line in text if line.startswith("v ")], float)
+        faces = [
+            [int(v.split("/")[0]) - 1 for v in line.split()[1:]] for line in text if line.startswith("f ")
+        ]
+        edges = collections.Counter()
+        for face in faces:
+            for a, b in zip(face, face[1:] + face[:1]):
+                edges[tuple(points[a]), tuple(points[b])] += 1
+        assert all(edges[b, a] == n for (a, b), n in edges.items()), "the surface is closed, as its source"
+    run("fvvcompare", joining, tmp_path / "auto.fvv", "--max-rms", 0.005)
 
 
 def test_threads_and_parts_give_the_same_bytes(capture, tmp_path):

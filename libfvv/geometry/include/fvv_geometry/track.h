@@ -23,8 +23,7 @@ struct Settings {
   // Of every frame of a run, rounding to the lattice included: rms over the surface, and no place further off
   // than decimate::max_over_rms times the budget. triangles is not used.
   decimate::Budget budget;
-  // Whether a patch may stand where a frame is further off; without, such a frame ends its run. The first
-  // frame of a run has none.
+  // Whether a frame that is further off may have a patch; otherwise it ends its run. Hulls have none.
   bool patches = false;
   // Of decimate::decimate(), for the budget.
   double target_error = 0;
@@ -38,8 +37,9 @@ struct Settings {
   std::function<void()> check_cancelled = {};
 };
 
-// What stands in place of some faces of a run's mesh, for one frame. Closed where that was: each edge of the
-// faces that remain which had one of these at its other side has one of the patch.
+// A mesh that replaces some faces of a run's mesh in one frame. Closed where that was: each edge of the faces
+// that remain which had one of these at its other side has one of the patch. The first frame of a run has
+// none.
 struct Patch {
   std::vector<uint8_t> absent; // of each face of the frame's mesh: 1 where it is left out
   geometry::Mesh mesh;         // not yet rounded
@@ -71,9 +71,10 @@ constexpr double least_of_hull = 0.85; // less: it is no hull of these masks
 
 // Runs of two frames or more, in order; what they leave out could not be followed within the budget. Meshes
 // have positions and faces alone: texture coordinates and normals are ignored. The frames of a run are
-// followed in both directions from its key, the frame with most separate pieces, and of these that with most
-// area. A mesh is loaded several times, one at a time is held; of results all are. The same on every machine
-// that rounds as IEEE 754 has it and compiles the same code; threads play no part.
+// followed from its key: with patches the first; else in both directions from the frame with most separate
+// pieces, and of these that with most area. A mesh is loaded several times, one at a time is held; of results
+// all are. The same on every machine that rounds as IEEE 754 has it and compiles the same code; threads play
+// no part.
 std::vector<Run> track(const decimate::Frames &frames, const Settings &settings);
 
 } // namespace fvv::track

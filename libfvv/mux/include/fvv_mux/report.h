@@ -95,6 +95,7 @@ struct DecimationSums {
 struct MeshSums {
   TrackBytes mesh;    // all frames
   TrackBytes delta;   // of these the delta frames
+  TrackBytes patched; // of those the ones with a patch
   uint64_t faces = 0; // of all frames
   MeshChanges changes;
   DecimationSums decimation;

@@ -391,6 +391,7 @@ private:
     writer->mesh(of, frame, mesh.payload, mesh.key);
     of_track.mesh.add(mesh.payload.size());
     if (!mesh.key) of_track.delta.add(mesh.payload.size());
+    if (mesh.patched) of_track.patched.add(mesh.payload.size());
     of_track.faces += mesh.faces;
     mux::add(of_track.changes, mesh.source, mesh.report);
     if (plan.options.verify)

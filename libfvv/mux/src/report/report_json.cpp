@@ -66,6 +66,7 @@ Json mesh_json(const Report &r) {
   out["key"] = {{"frames", r.mesh.chunks - r.delta.chunks}, {"bytes", r.mesh.payload - r.delta.payload}};
   out["delta"] = {
       {"frames", r.delta.chunks}, {"bytes", r.delta.payload}, {"max_error_steps", r.lattice.delta_error}};
+  out["patched"] = {{"frames", r.patched.chunks}, {"bytes", r.patched.payload}};
   out["winding"] = {{"flipped", r.winding.flipped},
                     {"turned_away", r.winding.turned_away},
                     {"by_cameras", r.winding.by_cameras}};

@@ -201,6 +201,9 @@ void mesh_lines(std::string &out, const Report &r) {
          double(r.mesh.payload - r.delta.payload) / 1000 / double(r.mesh.chunks - r.delta.chunks),
          (unsigned long long)r.delta.chunks, double(r.delta.payload) / 1000 / double(r.delta.chunks),
          lattice.delta_error);
+  if (r.patched.chunks)
+    line(out, "  patches   in %llu of the delta frames, %.2f kB each with its patch",
+         (unsigned long long)r.patched.chunks, double(r.patched.payload) / 1000 / double(r.patched.chunks));
   line(out, "  meshes    %llu of %llu frames changed", (unsigned long long)r.changes.changed_frames,
        (unsigned long long)r.mesh.chunks);
   if (r.empty_frames) line(out, "            %zu frames have none: the stage is empty", r.empty_frames);
