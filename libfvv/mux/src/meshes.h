@@ -56,7 +56,7 @@ std::optional<std::vector<uint32_t>> same_connectivity(const geometry::Mesh &a, 
 geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t> &order,
                          const geometry::Mesh &like);
 
-// A mesh that was followed into a frame, and what stands in place of some of its faces there.
+// A mesh that was followed into a frame, and what replaces some of its faces there.
 struct PatchedBody {
   geometry::Mesh mesh;
   track::Patch patch;

@@ -23,7 +23,7 @@ public:
 
   struct Coded {
     std::vector<uint8_t> absent;          // of the faces of the key mesh
-    std::shared_ptr<OwnedMesh> mesh;      // NULL: nothing stands in their place
+    std::shared_ptr<OwnedMesh> mesh;      // NULL: nothing replaces them
     std::vector<uint32_t> border, source; // of each vertex of mesh: the key mesh's, the patch's
     uint8_t profile = FVV_MESH_DRACO;
     int level = 0;

@@ -336,8 +336,10 @@ std::vector<Option> mesh_options() {
       Row("no-delta", "", "every mesh a key frame, also where the faces are those of the frame before")
           .flag<&Options::delta>(false),
       Row("track", "WHEN",
-          "follow surfaces whose faces change in every frame, and send runs of frames as motion, with a patch "
-          "where that fails: auto (where it takes fewer bytes), always (on a finer lattice, for long runs) or "
+          "follow surfaces whose faces change in every frame, and send runs of frames as motion, with a "
+          "patch "
+          "where that fails: auto (where it takes fewer bytes), always (on a finer lattice, for long runs) "
+          "or "
           "never, the default: it takes one to two seconds a frame (docs/encoding/tracking.md)")
           .words<&Options::track, Track>(
               {{"auto", Track::automatic}, {"never", Track::never}, {"always", Track::always}})
