@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, inputs, calibration, clip, codecs, meshonly, serve, picture, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
+import, inputs, calibration, clip, track, codecs, meshonly, serve, picture, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -30,6 +30,7 @@ from inputs import triangles
 from muxing import Muxing
 from pages import figures as page_figures
 from recordings import calibrate, chain, hull
+from track.figures import Tracking
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/default"
@@ -252,13 +253,21 @@ def clip_file(quality, codec):
     return WORK / f"clip{quality}-{codec}.fvv"
 
 
+def clip_arguments(quality, codec="h264"):
+    return (studio(), "--codec", codec, "--cameras", ",".join(CLIP_CAMERAS), "--tile", "{}x{}".format(*CLIP_TILE),
+            "--quality", f"{quality}dB")  # fmt: skip
+
+
 def mux_clip(quality, codec, *more):
     """The summary of fvvmux for the clip's stream, clip_file."""
-    return json.loads(
-        tool("fvvmux", studio(), "-o", clip_file(quality, codec), "--force", "--json", "--codec", codec,
-             "--cameras", ",".join(CLIP_CAMERAS), "--tile", "{}x{}".format(*CLIP_TILE),
-             "--quality", f"{quality}dB", *more)
-    )  # fmt: skip
+    arguments = *clip_arguments(quality, codec), "-o", clip_file(quality, codec), "--force", "--json"
+    return json.loads(tool("fvvmux", *arguments, *more))
+
+
+def tracked_surfaces():
+    """Captured and generated meshes that change their faces in every frame, with fvvmux --track and as key frames."""
+    clip = {"capture": studio(), "cameras": CLIP_CAMERAS, "arguments": clip_arguments}
+    return Tracking(BUILD / "tools", WORK, clip).measure()
 
 
 def tile_videos(summary):
@@ -447,6 +456,7 @@ PARTS = {
     "inputs": inputs,
     "calibration": calibration_moving,
     "clip": clip,
+    "track": tracked_surfaces,
     "codecs": codecs,
     "meshonly": meshonly,
     "serve": served,

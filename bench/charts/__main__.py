@@ -19,6 +19,7 @@ ORDER = (
     "cameras",
     "rungs",
     "groups",
+    "track",
     "calibration",
     "paper",
     "growth",
