@@ -19,6 +19,7 @@ SEEDS = ROOT / "build/fuzz-seeds"
 TOTALS = ROOT / "build/fuzz-totals.json"  # executions of all runs so far
 CRASHES = HERE / "crashes"
 # Time and memory that an input may take under sanitizers, which are some 5 and 3 times slower and larger than a release build.
+# libFuzzer goes by the clock: --input-seconds is for machines that do other work.
 SECONDS_PER_INPUT = 10
 MEBIBYTES = 2048
 LONGEST = 8 << 10
@@ -98,7 +99,7 @@ def make_seeds():
     subprocess.run([BUILD / "tests/fuzz/fuzz_seeds", SEEDS], check=True)
 
 
-def command_of(target, seconds, corpus):
+def command_of(target, seconds, corpus, input_seconds):
     if target in SCRIPTS:
         # The first folder receives what is found.
         streams = CORPUS / "stream"
@@ -113,7 +114,7 @@ def command_of(target, seconds, corpus):
     return [
         BUILD / "tests/fuzz" / target,
         f"-max_total_time={seconds}",
-        f"-timeout={SECONDS_PER_INPUT}",
+        f"-timeout={input_seconds}",
         f"-rss_limit_mb={MEBIBYTES}",
         f"-max_len={LONGEST}",
         f"-artifact_prefix={CRASHES / target}/",
@@ -124,7 +125,7 @@ def command_of(target, seconds, corpus):
     ]
 
 
-def run_target(target, seconds):
+def run_target(target, seconds, input_seconds):
     """Runs a target; after a crash again, for what is left of the time."""
     corpus = CORPUS / target
     crashes = CRASHES / target
@@ -136,7 +137,7 @@ def run_target(target, seconds):
     log = ""
     while (left := round(end - time.monotonic())) > 0:
         done = subprocess.run(
-            ["nice", *map(str, command_of(target, left, corpus))],
+            ["nice", *map(str, command_of(target, left, corpus, input_seconds))],
             cwd=ROOT,
             capture_output=True,
             text=True,
@@ -187,7 +188,7 @@ def fuzz(options):
     results = []
     totals = json.loads(TOTALS.read_text()) if TOTALS.exists() else {}
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        for result in pool.map(lambda t: run_target(t, options.seconds), targets):
+        for result in pool.map(lambda t: run_target(t, options.seconds, options.input_seconds), targets):
             results.append(result)
             totals[result["target"]] = totals.get(result["target"], 0) + result["executions"]
             TOTALS.write_text(json.dumps(totals, indent=1))
@@ -296,6 +297,12 @@ def main():
     )
     parser.add_argument("--files", action="store_true", help="with --coverage: each source file too")
     parser.add_argument("--jobs", type=int, default=2, help="targets at a time; default 2")
+    parser.add_argument(
+        "--input-seconds",
+        type=int,
+        default=SECONDS_PER_INPUT,
+        help=f"time by the clock that an input of a native target may take; default {SECONDS_PER_INPUT}; more on a busy machine",
+    )
     options = parser.parse_args()
     return coverage(options) if options.coverage else fuzz(options)
 

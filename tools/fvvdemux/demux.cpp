@@ -487,6 +487,10 @@ private:
       reason = plan.uncertain;
       return {};
     }
+    if (!out) { // films come from groups without a whole frame, too
+      reason = "no frame is whole";
+      return {};
+    }
     const bool meshes_alone = out->meshes && !out->atlas &&
                               std::none_of(out->cameras.begin(), out->cameras.end(),
                                            [](const auto &camera) { return camera.pictures.has_value(); });

@@ -6,7 +6,7 @@ from fractions import Fraction
 import av
 import numpy as np
 import pytest
-from conftest import figures, read_json, run
+from conftest import ROOT, figures, read_json, run
 from PIL import Image
 
 FRAMES = 6
@@ -81,3 +81,12 @@ def test_other_codecs_are_no_films(capture, tmp_path):
     assert told["films"] == 0 and not (tmp_path / "out/video").exists()
     assert any("is in JPEG, not in H.264 or HEVC" in line for line in told["warnings"])
     run("fvvdemux", stream, "-o", tmp_path / "no", "--meshes", "none", "--pictures", "none", "--mp4", code=1)
+
+
+def test_films_without_a_whole_frame_have_no_capture(tmp_path):
+    """Found by fuzzing: a capture that was not there was described."""
+    stream = ROOT / "tests/fuzz/crashes/demux_tool/films_without_a_whole_frame"
+    done = run("fvvdemux", stream, "-o", tmp_path / "out", "--mp4", code=3)
+    assert "no capture.json: no frame is whole\n" in done.stderr
+    assert [path.name for path in (tmp_path / "out").iterdir() if path.suffix] == []
+    assert list((tmp_path / "out/video").iterdir())
