@@ -180,8 +180,11 @@ TEST_CASE("texture coordinates: files that lack some are refused where they lack
         "m.obj:6: texture coordinate 2 is used, the file has 1");
   CHECK(message([] { obj(square + "f 1/-1 2/1 3/1\n"); }) ==
         "m.obj:5: texture coordinate -1 is used, 0 precede it");
-  CHECK(message([] { obj("vt 0 inf\n"); }) == "m.obj:1: expected a finite number after vt, found \"inf\"");
-  CHECK(message([] { obj("vt 0\n"); }) == "m.obj:1: expected 2 or 3 numbers after vt, found 1");
+  CHECK(message([] { obj(square + "vt 0 inf\nf 1/1 2/1 3/1\n"); }) ==
+        "m.obj: expected texture coordinates that are numbers, found others (vt) in triangle 0");
+  CHECK(message([] { obj(square + "vt 0 inf\nvt 0.5\nf 1/2 2/2 3/2\n"); }).empty());
+  CHECK(message([] { obj("vt 0 x\n"); }) == "m.obj:1: expected a finite number after vt, found \"x\"");
+  CHECK(message([] { obj("vt\n"); }) == "m.obj:1: expected 1 to 3 numbers after vt, found 0");
   CHECK(message([] { ply("property float s\n", "", "0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 0 0\n3 0 1 2\n"); }) ==
         "m.ply:3: expected texture coordinates: properties s and t, u and v or texture_u and texture_v of "
         "the vertices, or a list texcoord of the faces; found none");

@@ -216,6 +216,7 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
     report->polygons += loaded->report.polygons;
     report->self_crossing += loaded->report.self_crossing;
     report->lines_and_points += loaded->report.lines_and_points;
+    report->untextured += loaded->report.untextured;
   }
   Mesh mesh = loaded->mesh;
   if (capture.flip_faces) flip_faces(mesh);

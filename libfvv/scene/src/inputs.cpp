@@ -7,6 +7,7 @@
 #include "scene/src/atlas/atlas.h"
 #include "scene/src/capture_fields.h"
 #include "scene/src/gltf/scene.h"
+#include "scene/src/mtl.h"
 
 #include <algorithm>
 #include <cmath>
@@ -444,6 +445,21 @@ void note_scale(const std::string &path, const FacePictures &treated, std::vecto
   }
 }
 
+// Of a PLY file that names pictures; empty: the first one is there.
+std::string why_no_picture(const std::string &path, const PlyPictures &pictures) {
+  if (!pictures.has_coordinates)
+    return "it names " + quote(pictures.names[0]) + " (TextureFile) and has no texture coordinates";
+  try {
+    const std::string picture =
+        picture_path(path, fs::path(path).parent_path().string(), pictures.names[0], path);
+    std::error_code ignored;
+    if (fs::is_regular_file(picture, ignored)) return "";
+  } catch (const Error &error) {
+    return error.line();
+  }
+  return "that of its comment TextureFile, " + quote(pictures.names[0]) + ", is missing";
+}
+
 // Whether the meshes bring a picture: the first that is not empty, or, so that one without does not decide
 // for all, any other. treated: without pictures, how those are treated. notes: why there may be none.
 bool brings_picture(const Pattern &meshes, const Frames &frames, const FacePictures &treated,
@@ -461,15 +477,14 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, const FacePictu
         return true;
       }
     } else if (is_one_of(path, {".ply"})) {
-      const std::vector<std::string> pictures = ply_pictures(read_file(path, max_mesh_file), path);
-      if (!pictures.empty()) {
-        const fs::path folder = fs::path(path).parent_path();
-        if (fs::is_regular_file(folder / pictures[0], ignored)) {
+      const PlyPictures pictures = ply_pictures(read_file(path, max_mesh_file), path);
+      if (!pictures.names.empty()) {
+        const std::string why = why_no_picture(path, pictures);
+        if (why.empty()) {
           note_scale(path, treated, notes);
           return true;
         }
-        notes.push_back(path + ": has no picture: that of its comment TextureFile, " + quote(pictures[0]) +
-                        ", is missing; the atlas option names one");
+        notes.push_back(path + ": has no picture: " + why + "; the atlas option names one");
         return false;
       }
     } else if (!is_empty_mesh(path)) {

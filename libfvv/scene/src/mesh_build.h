@@ -11,6 +11,13 @@ void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &re
 
 // Of 0 to white; grey for what is no number.
 std::vector<uint8_t> display_colours(const std::vector<double> &values, double white);
+// The white of colours that a file does not explain: 1, 255 or 65535. Light above white (a sum, a highlight,
+// rounding) does not make all others bytes.
+double white_of(const std::vector<double> &values, bool are_integers);
+
+// A text without a byte order mark, and with LF where a file of old programs has CR alone. kept: where the
+// bytes are then, if they differ.
+std::string_view as_usual(std::string_view bytes, std::string &kept);
 
 // Places of vertices that are not numbers (depth cameras write them for pixels without depth): 0 where no
 // face uses the vertex, else Error.

@@ -96,19 +96,25 @@ bool is_empty_mesh(const std::string &path) {
   if (!ply && extension != ".obj") return false;
   if (!why_unreadable(path).empty()) return false; // what is wrong is said when it is read
   std::ifstream file(path, std::ios::binary);
-  std::string start(enough + 1, '\0');
+  std::string start(enough + 1, '\0'), kept;
   file.read(&start[0], std::streamsize(start.size()));
   start.resize(size_t(file.gcount()));
-  std::replace(start.begin(), start.end(), '\r', '\n'); // old programs end lines with it alone
-  std::istringstream lines(start);
+  std::istringstream lines{std::string(as_usual(start, kept))};
   std::string line;
   bool vertices = false, faces = false;
+  // Of OBJ: a page that says that a file is missing is no empty stage.
+  constexpr std::string_view known[] = {"g", "o", "s", "vt", "vn", "mtllib", "usemtl"};
   while (std::getline(lines, line)) {
     std::istringstream words(line);
     std::string first, second, third;
     words >> first >> second >> third;
     if (!ply && (first == "v" || first == "f")) return false;
-    if (!ply) continue;
+    if (!ply) {
+      if (!first.empty() && first[0] != '#' &&
+          std::find(std::begin(known), std::end(known), first) == std::end(known))
+        return false; // the reader says what is wrong
+      continue;
+    }
     vertices = vertices || (first == "element" && second == "vertex" && third == "0");
     faces = faces || (first == "element" && second == "face" && third == "0");
     if (first == "end_header") return vertices && faces;
@@ -174,6 +180,30 @@ std::vector<uint8_t> display_colours(const std::vector<double> &values, double w
     out.push_back(std::isnan(value) ? uint8_t(128)
                                     : uint8_t(std::floor(std::clamp(value / white, 0.0, 1.0) * 255 + 0.5)));
   return out;
+}
+
+double white_of(const std::vector<double> &values, bool are_integers) {
+  double most = 0;
+  size_t above_one = 0, above_zero = 0;
+  bool are_whole = true;
+  for (const double value : values) {
+    if (std::isnan(value)) continue;
+    most = std::max(most, value);
+    above_one += value > 1;
+    above_zero += value > 0;
+    are_whole = are_whole && value == std::floor(value);
+  }
+  if (are_integers || (are_whole && most > 1)) return most > 255 ? 65535 : 255;
+  return 2 * above_one > above_zero ? 255 : 1;
+}
+
+std::string_view as_usual(std::string_view bytes, std::string &kept) {
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  if (bytes.substr(0, mark.size()) == mark) bytes.remove_prefix(mark.size());
+  if (bytes.find('\n') != bytes.npos || bytes.find('\r') == bytes.npos) return bytes;
+  kept = bytes;
+  std::replace(kept.begin(), kept.end(), '\r', '\n');
+  return kept;
 }
 
 void settle_unused(Mesh &mesh, const std::string &name) {

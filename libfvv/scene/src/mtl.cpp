@@ -4,6 +4,7 @@
 #include "scene/src/mtl.h"
 #include "fvv_cxx/input_file.h"
 #include "fvv_scene/file_io.h"
+#include "scene/src/mesh_build.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +42,7 @@ std::string_view trimmed(std::string_view text) {
 // backslash. Of a path on the machine that wrote it the name alone, because the file lies beside the others
 // here.
 std::string as_name(std::string_view text) {
-  if (text.size() > 1 && text.front() == '"' && text.back() == '"')
+  if (text.size() > 1 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front())
     text = trimmed(text.substr(1, text.size() - 2));
   std::string name(text);
   std::replace(name.begin(), name.end(), '\\', '/');
@@ -69,8 +70,9 @@ public:
       if (map == std::end(colours)) continue;
       if (material.empty()) fail("expected newmtl before map_Kd");
       const auto rank = size_t(map - std::begin(colours));
-      Named &best = named[material];
-      if (!best.line || rank < best.rank) best = {rank, rest, line};
+      if (trimmed(rest).empty()) continue; // some programs write it of materials without a picture
+      Named &best = named[material];       // of two lines the last one counts
+      if (!best.line || rank <= best.rank) best = {rank, rest, line};
     }
     MaterialPictures pictures;
     for (const auto &[name_of_material, best] : named) {
@@ -165,6 +167,15 @@ fs::path find_file(const fs::path &folder, const fs::path &name) {
   return here;
 }
 
+// find_file(), else the file of that name alone: folders of the machine that wrote it are often gone.
+fs::path find_moved(const fs::path &folder, const fs::path &name) {
+  std::error_code ignored;
+  const fs::path path = find_file(folder, name);
+  if (fs::exists(path, ignored) || !name.has_filename()) return path;
+  const fs::path alone = find_file(folder, name.filename());
+  return fs::exists(alone, ignored) ? alone : path;
+}
+
 // The names in what follows mtllib: one with blanks, if there is such a file or it is in quotes, else each
 // word.
 std::vector<std::string> names_of(const fs::path &folder, std::string_view text) {
@@ -207,7 +218,7 @@ std::map<std::string, std::array<uint8_t, 3>, std::less<>> parse_mtl_colours(std
 std::string picture_path(const std::string &mesh, const std::string &folder, const std::string &name,
                          const std::string &where) {
   const fs::path own = fs::path(mesh).parent_path(),
-                 path = find_file(folder, as_name(name)).lexically_normal();
+                 path = find_moved(folder, as_name(name)).lexically_normal();
   // The author of a file must not choose what else is read.
   if (name.find('\0') != name.npos || (!is_below(own, path) && !is_beside(own, path)))
     throw Error(where + ": expected a picture below the folder of " + mesh + " or in one beside it, found " +
@@ -243,7 +254,7 @@ Materials load_libraries(const std::string &obj, const std::vector<std::string_v
   for (const std::string_view text : libraries) {
     if (text.empty()) continue;
     for (const std::string &name : names_of(folder, text)) {
-      const fs::path library = find_file(folder, name);
+      const fs::path library = find_moved(folder, name);
       if (name.find('\0') != name.npos || !is_below(folder, library))
         throw Error(obj + ": expected the library of mtllib below the folder of the file, found " +
                     quote(name));
@@ -251,7 +262,9 @@ Materials load_libraries(const std::string &obj, const std::vector<std::string_v
         out.missing.push_back("the library " + quote(name) + " of mtllib " + why);
         continue;
       }
-      const std::string file = library.string(), bytes = read_file(file, max_library);
+      std::string kept;
+      const std::string file = library.string(), stored = read_file(file, max_library);
+      const std::string_view bytes = as_usual(stored, kept);
       out.libraries.push_back(file);
       for (auto &[material, picture] : parse_mtl(bytes, file))
         out.pictures.emplace(material, picture_path(obj, library.parent_path().string(), picture, file));
@@ -276,19 +289,18 @@ std::vector<FacePicture> material_pictures(const std::string &obj,
   for (const std::string_view material : used) {
     std::optional<std::string> picture = materials.picture_of(material);
     if (!any) picture = materials.only_picture();
-    if (picture) {
-      out.push_back({*picture, [path = *picture, obj] {
-                       if (const std::string why = why_unreadable(path); !why.empty())
-                         throw Error(obj + ": expected the picture " + quote(path) + " of map_Kd, which " +
-                                     why);
-                       return read_file(path, max_mesh_picture);
-                     }});
-      continue;
-    }
     const auto colour = materials.colours.find(material);
     FacePicture one;
-    one.name = "material " + quote(material);
-    one.colour = colour == materials.colours.end() ? grey : colour->second;
+    one.name = picture ? *picture : "material " + quote(material);
+    one.has_colour = colour != materials.colours.end();
+    one.colour = one.has_colour ? colour->second : grey;
+    if (picture)
+      one.load = [path = *picture, obj] {
+        if (const std::string why = why_unreadable(path); !why.empty())
+          throw Error(obj + ": expected the picture " + quote(path) + " of map_Kd, which " + why + "; " +
+                      option_name("atlas") + " names another, or none");
+        return read_file(path, max_mesh_picture);
+      };
     out.push_back(one);
   }
   return out;

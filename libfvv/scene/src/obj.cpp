@@ -51,6 +51,7 @@ public:
     settle_places();
     const ConcavePolygons concave(mesh, polygons, report, name);
     for (std::vector<uint32_t> *faces : {&mesh.faces, &chart.faces, &shading.faces}) concave.apply(*faces, 1);
+    settle_pairs();
     if (wants_texture || has_normals)
       split_seams(mesh, of_corners(chart.faces, texture, 2),
                   has_normals ? of_corners(shading.faces, directions, 3) : std::vector<double>(), limits,
@@ -69,8 +70,34 @@ public:
     std::vector<double> out;
     for (size_t v = 0; v < colours.size(); v += 4)
       out.insert(out.end(), &colours[v + weight_first], &colours[v + weight_first] + 3);
-    const bool of_bytes = std::any_of(out.begin(), out.end(), [](double value) { return value > 1; });
-    return display_colours(out, of_bytes ? 255 : 1);
+    return display_colours(out, white_of(out, false));
+  }
+
+  // After read(), of its mesh, if it has no colours of vertices: those of its materials. A vertex has the
+  // mean of the faces around it. Empty: a material shows a picture, or none has a colour.
+  std::vector<uint8_t> colours_of_materials(const Mesh &read) const {
+    if (libraries.empty()) return {};
+    std::vector<FacePicture> shown;
+    try {
+      shown = material_pictures(name, libraries, {materials_in_order.begin(), materials_in_order.end()});
+    } catch (const Error &) {
+      return {}; // those who read the pictures report it
+    }
+    bool has_colour = false;
+    for (const FacePicture &one : shown) {
+      if (!one.is_colour()) return {};
+      has_colour = has_colour || one.has_colour;
+    }
+    if (!has_colour) return {};
+    std::vector<double> sums(4 * read.vertex_count()), out;
+    for (size_t i = 0; i < read.faces.size(); i++) {
+      double *sum = &sums[4 * size_t(read.faces[i])];
+      for (size_t k = 0; k < 3; k++) sum[k] += shown[face_materials[i / 3]].colour[k];
+      sum[3]++;
+    }
+    for (size_t v = 0; v < sums.size(); v += 4)
+      for (size_t k = 0; k < 3; k++) out.push_back(sums[v + 3] > 0 ? sums[v + k] / sums[v + 3] : NAN);
+    return display_colours(out, 255);
   }
 
   // After read(): what the faces show. Throws Error where a face shows a picture and lacks coordinates.
@@ -78,17 +105,26 @@ public:
     const std::vector<std::string_view> used(materials_in_order.begin(), materials_in_order.end());
     FacePictures out;
     std::vector<uint32_t> index;
-    for (const FacePicture &one : material_pictures(name, libraries, used)) {
+    const std::vector<FacePicture> shown = material_pictures(name, libraries, used);
+    for (const FacePicture &one : shown) {
       std::string key = one.name;
       if (one.is_colour()) key.assign(one.colour.begin(), one.colour.end());
       index.push_back(uint32_t(out.add(one, key)));
     }
     for (const uint32_t material_of_face : face_materials) out.of_face.push_back(index[material_of_face]);
-    for (const auto &[face, at] : bare_faces)
-      if (!out.pictures[out.of_face[face]].is_colour() || !out.has_picture()) {
-        line = at;
-        fail("expected v/vt or v/vt/vn, for every corner needs texture coordinates, found a corner without");
-      }
+    for (const auto &[first, end] : bare_faces) {
+      if (!out.has_picture())
+        throw Error(name +
+                    ": expected faces with a picture, found none and corners without texture coordinates");
+      const FacePicture &picture = shown[face_materials[first]];
+      if (picture.is_colour()) continue;
+      FacePicture plain;
+      plain.name = "faces without texture coordinates";
+      plain.colour = picture.colour;
+      const auto of_faces = uint32_t(out.add(plain, std::string(plain.colour.begin(), plain.colour.end())));
+      for (size_t face = first; face < end; face++) out.of_face[face] = of_faces;
+      report.untextured += end - first;
+    }
     return out;
   }
 
@@ -179,7 +215,7 @@ private:
       texture_pair();
     else if (keyword == "vn")
       normal();
-    else if (keyword == "f")
+    else if (keyword == "f" || keyword == "fo") // as old programs have it
       face();
     else if (keyword == "usemtl")
       use_material();
@@ -202,7 +238,7 @@ private:
   }
 
   // The numbers of the line, of which the first ones are stored; returns their number. any: a number may also
-  // be NaN or infinite.
+  // be NaN or infinite, which is noted of v.
   template <size_t kept>
   size_t numbers_of_line(const char *keyword, double (&numbers)[kept], bool any = false) {
     size_t count = 0;
@@ -210,7 +246,8 @@ private:
       double value;
       if (any && is_no_number(text)) {
         value = NAN;
-        if (count < 3 && (no_numbers.empty() || no_numbers.back().vertex != mesh.vertex_count()))
+        if (count < 3 && keyword[1] == '\0' &&
+            (no_numbers.empty() || no_numbers.back().vertex != mesh.vertex_count()))
           no_numbers.push_back({mesh.vertex_count(), line, text});
       } else if (!parse_double(text, value))
         fail("expected a finite number after " + std::string(keyword) + ", found " + quote(text));
@@ -230,6 +267,23 @@ private:
       fail("expected a finite number after v, found " + quote(one.text));
     }
     settle_unused(mesh, name);
+  }
+
+  // A corner whose texture coordinates are no numbers has none.
+  void settle_pairs() {
+    const auto is_pair = [&](uint32_t i) {
+      return i == no_pair ||
+             (std::isfinite(texture[2 * size_t(i)]) && std::isfinite(texture[2 * size_t(i) + 1]));
+    };
+    for (size_t i = 0; i < chart.faces.size(); i += 3) {
+      uint32_t *face = &chart.faces[i];
+      if (std::all_of(face, face + 3, is_pair)) continue;
+      if (!allows_bare)
+        throw Error(name + ": expected texture coordinates that are numbers, found others (vt) in triangle " +
+                    std::to_string(i / 3));
+      if (std::find(face, face + 3, no_pair) == face + 3) bare_faces.push_back({i / 3, i / 3 + 1});
+      std::fill_n(face, 3, no_pair);
+    }
   }
 
   void vertex() {
@@ -252,9 +306,9 @@ private:
   // OBJ counts v from the bottom of the picture; a third number is for solid textures.
   void texture_pair() {
     if (!wants_texture) return;
-    double numbers[3];
-    const size_t count = numbers_of_line("vt", numbers);
-    if (count < 2 || count > 3) fail("expected 2 or 3 numbers after vt, found " + std::to_string(count));
+    double numbers[3] = {0, 0, 0};
+    const size_t count = numbers_of_line("vt", numbers, true);
+    if (count < 1 || count > 3) fail("expected 1 to 3 numbers after vt, found " + std::to_string(count));
     texture.insert(texture.end(), {numbers[0], 1 - numbers[1]});
     pairs.count++;
   }
@@ -310,12 +364,12 @@ private:
     int64_t indices[3] = {0, 0, 0};
     const char *at = text.data(), *stop = at + text.size();
     for (int part = 0;; part++) {
-      // Some programs write v/ and v// where there are no texture coordinates and normals.
+      // Some programs write v/, v// and v/0/0 where there are no texture coordinates and normals.
       const bool empty = part > 0 && (at == stop || (part == 1 && *at == '/'));
       if (!empty) {
         const auto [behind, error] = std::from_chars(at, stop, indices[part]);
         if (error != std::errc()) malformed();
-        if (!indices[part]) fail("expected indices that count from 1, found " + quote(text));
+        if (!part && !indices[part]) fail("expected indices that count from 1, found " + quote(text));
         at = behind;
       }
       if (at == stop) break;
@@ -349,11 +403,11 @@ private:
     if (corners.size() > 3) polygons.push_back({mesh.face_count(), uint32_t(corners.size())});
     append_fan(mesh, corners, report);
     if (!is_used && used_materials.insert(material).second) materials_in_order.push_back(material);
-    if (allows_bare) {
+    if (allows_bare || wants_colours) {
       if (!is_used)
         material_index = uint32_t(std::find(materials_in_order.begin(), materials_in_order.end(), material) -
                                   materials_in_order.begin());
-      if (is_bare) bare_faces.push_back({face_materials.size(), line});
+      if (is_bare) bare_faces.push_back({face_materials.size(), mesh.face_count()});
       face_materials.resize(mesh.face_count(), material_index);
     }
     is_used = true;
@@ -376,9 +430,9 @@ private:
   std::vector<std::string_view> libraries;
   std::set<std::string_view> used_materials;
   std::vector<std::string_view> materials_in_order;
-  // With unlike pictures: of each face; faces, and their lines, with a corner without texture coordinates.
+  // With unlike pictures: of each face; faces, from and to, with a corner without texture coordinates.
   std::vector<uint32_t> face_materials;
-  std::vector<std::pair<size_t, uint64_t>> bare_faces;
+  std::vector<std::pair<size_t, size_t>> bare_faces;
   uint32_t material_index = 0;
   bool is_bare = false;
   static constexpr uint32_t no_pair = UINT32_MAX;
@@ -396,17 +450,6 @@ private:
                     pairs = {"texture coordinate", UINT32_MAX, 0, {}};
 };
 
-// Without a byte order mark, and with LF where a file of old programs has CR alone. kept: where the bytes are
-// then, if they differ.
-std::string_view as_usual(std::string_view bytes, std::string &kept) {
-  constexpr std::string_view mark = "\xef\xbb\xbf";
-  if (bytes.substr(0, mark.size()) == mark) bytes.remove_prefix(mark.size());
-  if (bytes.find('\n') != bytes.npos || bytes.find('\r') == bytes.npos) return bytes;
-  kept = bytes;
-  std::replace(kept.begin(), kept.end(), '\r', '\n');
-  return kept;
-}
-
 } // namespace
 
 Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
@@ -418,6 +461,7 @@ Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits
                    extras != nullptr);
   Mesh mesh = reader.read();
   if (extras) extras->colours = reader.vertex_colours();
+  if (extras && extras->colours.empty()) extras->colours = reader.colours_of_materials(mesh);
   return mesh;
 }
 

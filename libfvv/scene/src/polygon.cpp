@@ -16,6 +16,8 @@ namespace {
 constexpr uint64_t most_steps = uint64_t(4) << 30;
 // Of the area: what rounding may turn the other way.
 constexpr double rounding = 1e-9;
+// Of the square of the extent: areas of triangles that are none but for rounding.
+constexpr double no_area = 1e-12;
 
 using Point = std::array<double, 2>;
 
@@ -24,20 +26,32 @@ double twice_area(const Point &a, const Point &b, const Point &c) {
 }
 
 // The corners in the plane of the polygon, seen from the side to which its normal points. Empty if it has
-// none.
-std::vector<Point> flattened(const Mesh &mesh, const std::vector<uint32_t> &corners) {
+// none: it has no area, or its parts cancel. fan_area: of all triangles of the fan, 0 if that is
+// rounding alone.
+std::vector<Point> flattened(const Mesh &mesh, const std::vector<uint32_t> &corners, double &fan_area) {
   const double *origin = &mesh.positions[size_t(3) * corners[0]];
   const auto at = [&](size_t i, size_t axis) {
     return mesh.positions[size_t(3) * corners[i % corners.size()] + axis] - origin[axis];
   };
+  const auto length_of = [](const std::array<double, 3> &v) {
+    return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  };
   std::array<double, 3> n = {};
-  for (size_t i = 0; i < corners.size(); i++)
+  double extent = 0;
+  fan_area = 0;
+  for (size_t i = 0; i < corners.size(); i++) {
+    std::array<double, 3> of_triangle = {};
     for (size_t axis = 0; axis < 3; axis++) {
       const size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
       n[axis] += (at(i, u) - at(i + 1, u)) * (at(i, v) + at(i + 1, v));
+      of_triangle[axis] = at(i, u) * at(i + 1, v) - at(i, v) * at(i + 1, u);
+      extent = std::max(extent, std::abs(at(i, axis)));
     }
-  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-  if (!(length > 0) || !std::isfinite(length)) return {};
+    fan_area += length_of(of_triangle);
+  }
+  if (fan_area <= no_area * extent * extent) fan_area = 0;
+  const double length = length_of(n);
+  if (!(length > rounding * fan_area) || !std::isfinite(length)) return {};
   for (double &x : n) x /= length;
   // Two axes at right angles to the normal, from the coordinate axis that is farthest from it.
   const size_t least = size_t(
@@ -69,7 +83,12 @@ bool fan_covers(const std::vector<Point> &points) {
 class Cutter {
 public:
   Cutter(const std::vector<Point> &corners, uint64_t &steps_so_far, const std::string &file)
-      : points(corners), steps(steps_so_far), name(file) {}
+      : points(corners), steps(steps_so_far), name(file) {
+    double extent = 0;
+    for (const Point &point : points)
+      extent = std::max({extent, std::abs(point[0] - points[0][0]), std::abs(point[1] - points[0][1])});
+    least = no_area * extent * extent;
+  }
 
   bool crosses_itself() {
     const size_t n = points.size();
@@ -82,26 +101,27 @@ public:
     return false;
   }
 
+  // Empty if there are none that cover the polygon once.
   std::vector<uint32_t> triangles() {
-    std::vector<uint32_t> left(points.size()), out;
+    left.resize(points.size());
     for (size_t i = 0; i < left.size(); i++) left[i] = uint32_t(i);
+    for (size_t i = 0; i < left.size(); i++)
+      if (left.size() > 2 && is_spike(i)) cut(i);
     size_t at = 0, failures = 0;
-    while (left.size() > 3) {
+    while (left.size() > 2) {
       const size_t n = left.size();
+      // Where there is no ear, a corner in a straight line goes.
+      if (failures == 2 * n) return {};
       at %= n;
-      const uint32_t before = left[(at + n - 1) % n], here = left[at], after = left[(at + 1) % n];
-      // Where rounding leaves no ear, any corner goes on: the triangles that are left have hardly an area.
-      if (failures < n && !is_ear(before, here, after, left)) {
+      if (failures < n ? is_ear(at) : is_flat(at)) {
+        cut(at);
+        failures = 0;
+      } else {
         at++;
         failures++;
-        continue;
       }
-      out.insert(out.end(), {before, here, after});
-      left.erase(left.begin() + std::ptrdiff_t(at));
-      failures = 0;
     }
-    out.insert(out.end(), left.begin(), left.end());
-    return out;
+    return std::move(out);
   }
 
 private:
@@ -110,26 +130,67 @@ private:
       throw Error(name + ": has too many polygons that are not convex; write triangles");
   }
 
-  static bool cross(const Point &a, const Point &b, const Point &c, const Point &d) {
-    const double ac = twice_area(a, b, c), ad = twice_area(a, b, d), ca = twice_area(c, d, a),
-                 cb = twice_area(c, d, b);
-    return ((ac > 0 && ad < 0) || (ac < 0 && ad > 0)) && ((ca > 0 && cb < 0) || (ca < 0 && cb > 0));
+  bool cross(const Point &a, const Point &b, const Point &c, const Point &d) const {
+    const auto side = [&](const Point &p, const Point &q, const Point &r) {
+      const double area = twice_area(p, q, r);
+      return area > least ? 1 : area < -least ? -1 : 0;
+    };
+    return side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0;
   }
 
-  bool is_ear(uint32_t a, uint32_t b, uint32_t c, const std::vector<uint32_t> &left) {
-    const Point &p = points[a], &q = points[b], &r = points[c];
-    if (!(twice_area(p, q, r) > 0)) return false;
-    for (const uint32_t other : left) {
+  const Point &corner(size_t at) const { return points[left[at % left.size()]]; }
+
+  bool is_flat(size_t at) const {
+    return std::abs(twice_area(corner(at + left.size() - 1), corner(at), corner(at + 1))) <= least;
+  }
+
+  // Goes back where it came from. Such corners go first: the inside is on neither side of them.
+  bool is_spike(size_t at) const {
+    const Point &p = corner(at + left.size() - 1), &q = corner(at), &r = corner(at + 1);
+    return is_flat(at) && (p[0] - q[0]) * (r[0] - q[0]) + (p[1] - q[1]) * (r[1] - q[1]) >= 0;
+  }
+
+  // Takes off a corner, and the spikes that this leaves.
+  void cut(size_t at) {
+    do {
+      const size_t n = left.size();
+      at %= n;
+      out.insert(out.end(), {left[(at + n - 1) % n], left[at], left[(at + 1) % n]});
+      left.erase(left.begin() + std::ptrdiff_t(at));
+      if (left.size() > 2 && is_spike(at + left.size() - 1)) at += left.size() - 1;
+    } while (left.size() > 2 && is_spike(at));
+  }
+
+  // Turns left, and no edge passes through the inside: corners and edges may touch.
+  bool is_ear(size_t at) {
+    const size_t n = left.size();
+    const Point &p = corner(at + n - 1), &q = corner(at), &r = corner(at + 1);
+    if (!(twice_area(p, q, r) > least)) return false;
+    for (size_t i = 1; i < n - 1; i++) {
       count();
-      if (other == a || other == b || other == c) continue;
-      const Point &x = points[other];
-      if (x == p || x == q || x == r) continue; // a corner that is there twice
-      if (twice_area(p, q, x) >= 0 && twice_area(q, r, x) >= 0 && twice_area(r, p, x) >= 0) return false;
+      if (passes_through(p, q, r, corner(at + i), corner(at + i + 1))) return false;
     }
     return true;
   }
 
+  // Whether a part of the edge from a to b is within the triangle.
+  bool passes_through(const Point &p, const Point &q, const Point &r, const Point &a, const Point &b) const {
+    double from = 0, to = 1;
+    const Point *sides[3][2] = {{&p, &q}, {&q, &r}, {&r, &p}};
+    for (const auto &side : sides) {
+      const double of_a = twice_area(*side[0], *side[1], a) - least,
+                   of_b = twice_area(*side[0], *side[1], b) - least;
+      if (of_a <= 0 && of_b <= 0) return false;
+      if (of_a < 0) from = std::max(from, of_a / (of_a - of_b));
+      if (of_b < 0) to = std::min(to, of_a / (of_a - of_b));
+    }
+    return from < to;
+  }
+
   const std::vector<Point> &points;
+  std::vector<uint32_t> left; // corners that are not cut off
+  std::vector<uint32_t> out;  // triangles of those that are
+  double least;               // area, twice
   uint64_t &steps;
   const std::string &name;
 };
@@ -144,15 +205,20 @@ ConcavePolygons::ConcavePolygons(const Mesh &mesh, const std::vector<Polygon> &p
     const uint32_t *fan = &mesh.faces[polygon.first_triangle * 3];
     corners.assign(fan, fan + 2);
     for (size_t t = 0; t + 2 < polygon.corners; t++) corners.push_back(fan[3 * t + 2]);
-    const std::vector<Point> points = flattened(mesh, corners);
-    if (!points.empty() && fan_covers(points)) continue;
-    // Without a normal the parts of a polygon cancel, or it has no area at all.
-    Cutter cutter(points, steps, name);
-    if (points.empty() || cutter.crosses_itself()) {
-      report.self_crossing += !points.empty();
+    double fan_area = 0;
+    const std::vector<Point> points = flattened(mesh, corners, fan_area);
+    if (points.empty()) {
+      report.self_crossing += fan_area > 0; // its parts cancel
       continue;
     }
-    split.push_back({polygon, cutter.triangles()});
+    if (fan_covers(points)) continue;
+    Cutter cutter(points, steps, name);
+    std::vector<uint32_t> triangles;
+    if (!cutter.crosses_itself()) triangles = cutter.triangles();
+    if (triangles.empty())
+      report.self_crossing++;
+    else
+      split.push_back({polygon, std::move(triangles)});
   }
 }
 

@@ -74,6 +74,17 @@ SPELLINGS = {
     "no material": box("mtllib m.mtl"),
     "empty material": box("mtllib m.mtl\nusemtl "),
     "unknown material": box("mtllib m.mtl\nusemtl other"),
+    "tabs and continued lines": box("mtllib m.mtl\nusemtl m").replace(" ", "\t").replace("f\t1", "f\\\n\t1"),
+    "one texture coordinate": box("mtllib m.mtl\nusemtl m") + "vt 0.5\n",
+    "unused texture coordinates": box("mtllib m.mtl\nusemtl m") + "vt nan -nan(ind)\n",
+    "old keyword of faces": box("mtllib m.mtl\nusemtl m").replace("f 1", "fo 1"),
+    "library with CR": box("mtllib cr.mtl\nusemtl m"),
+    "library with a byte order mark": box("mtllib bom.mtl\nusemtl m"),
+    "library of a folder that is gone": box("mtllib scans/today/m.mtl\nusemtl m"),
+    "picture of a folder that is gone": box("mtllib gone.mtl\nusemtl m"),
+    "single quotes": box("mtllib quotes.mtl\nusemtl m"),
+    "a map without a name": box("mtllib empty.mtl\nusemtl m"),
+    "two maps, of which the last counts": box("mtllib two.mtl\nusemtl m"),
     "ambient": box("mtllib ka.mtl\nusemtl m"),
     "emitted": box("mtllib ke.mtl\nusemtl m"),
 }
@@ -86,6 +97,12 @@ def test_spellings_bring_their_picture(name, place):
     (place / "my scan.mtl").write_text('newmtl m\nmap_Kd "t.png"\n')
     (place / "ka.mtl").write_text("newmtl m\nmap_Ka t.png\n")
     (place / "ke.mtl").write_text("newmtl m\nmap_Ke t.png\n")
+    (place / "cr.mtl").write_bytes(LIBRARY.replace("\n", "\r").encode())
+    (place / "bom.mtl").write_bytes(("\ufeff" + LIBRARY).encode())
+    (place / "gone.mtl").write_text("newmtl m\nmap_Kd ../../textures/t.png\n")
+    (place / "quotes.mtl").write_text("newmtl m\nmap_Kd 't.png'\n")
+    (place / "empty.mtl").write_text("newmtl m\nmap_Ka t.png\nmap_Kd\n")
+    (place / "two.mtl").write_text("newmtl m\nmap_Kd missing.png\nmap_Kd t.png\n")
     (place / "a.obj").write_bytes(SPELLINGS[name].encode())
     assert mux("a.obj").stderr == ""
     assert "atlas" in run("fvvinfo", "o.fvv").stdout
@@ -98,6 +115,33 @@ def test_faces_that_are_lines_or_points_are_counted(face, place):
     done = mux("a.obj", "--json")
     assert summary(done)["mesh"]["lines_and_points"]["count"] == 1
     assert mesh_of().area == pytest.approx(2 * (0.7 + 0.3 + 0.21), rel=1e-3)
+
+
+@pytest.mark.parametrize("corners", ["1 3 4 2", "1 3/2 4/3 2/4", "1/0 3/0 4/0 2/0", "1/25 3/25 4/25 2/25"])
+def test_a_face_without_texture_coordinates_has_the_colour_of_its_material(corners, place):
+    """That is a warning. A pair that is no number is none."""
+    (place / "m.mtl").write_text("newmtl m\nKd 1 0 0\nmap_Kd t.png\n")
+    text = box("mtllib m.mtl\nusemtl m").replace("1/1 3/2 4/3 2/4", corners) + "vt nan nan\n"
+    (place / "a.obj").write_text(text)
+    done = mux("a.obj", "--quality", 30, "--json", code=3)
+    assert "the material's colour alone" in done.stderr
+    assert summary(done)["mesh"]["untextured_faces"]["count"] == 2
+    run("fvvdemux", "o.fvv", "-o", "x", "--meshes", "obj", "--pictures", "png", "--force")
+    mesh = trimesh.load("x/meshes/0000.obj", process=False)
+    atlas = np.asarray(Image.open("x/atlas/0000.png").convert("RGB"))
+    at = mesh.visual.uv[mesh.faces[np.abs(mesh.triangles_center[:, 2] - 0.3) < 0.01]].mean((0, 1))
+    shown = atlas[int((1 - at[1]) * atlas.shape[0]), int(at[0] * atlas.shape[1])]
+    assert np.abs(shown.astype(int) - (255, 0, 0)).max() < 30
+
+
+def test_a_page_of_a_server_is_no_empty_stage(place):
+    for frame in (0, 2):
+        (place / f"m{frame}.obj").write_text(box(corner="{0}"))
+    (place / "m1.obj").write_text("<html>404</html>\n")
+    assert (
+        'm1.obj:1: expected an OBJ keyword such as v or f, found "<html>404</html>"'
+        in mux("m%d.obj", code=1).stderr
+    )
 
 
 @pytest.mark.parametrize("corner", ["{0}/", "{0}//", "{0}"])
@@ -151,6 +195,20 @@ CONCAVE = {
     "L": [(1, 1, 0), (0, 1, 0), (0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 2, 0)],
     "comb": [(0, 0, 0), (5, 0, 0), (5, 1, 0), (4, 1, 0), (4, 0.5, 0), (1, 0.5, 0), (1, 1, 0), (0, 1, 0)],
 }
+# The same, of polygons that touch themselves: at a corner, along an edge, with a hole cut open.
+TOUCHING = {
+    "waist": [(0, 0, 0), (2, 1, 0), (4, 0, 0), (4, 2, 0), (2, 1, 0), (0, 2, 0)],
+    "corner on an edge": [(0, 0, 0), (4, 0, 0), (4, 2, 0), (2, 0, 0), (0, 2, 0)],
+    "spike": [(0, 0, 0), (2, 0, 0), (2, 1, 0), (2, 2, 0), (2, 1, 0), (0, 1, 0)],
+    "spike inside": [(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 0.5, 0), (1, 1, 0), (0, 1, 0)],
+    "hole": [(0, 0, 0), (1, 1, 0), (1, 2, 0), (2, 2, 0), (2, 1, 0), (1, 1, 0)]
+    + [(0, 0, 0), (3, 0, 0), (3, 3, 0), (0, 3, 0)],
+}
+CROSSING = {
+    "bow": [(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 1, 0)],
+    "uneven bow": [(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 0.6, 0)],
+    "star": [(np.cos(0.8 * np.pi * k), np.sin(0.8 * np.pi * k), 0) for k in range(5)],
+}
 
 
 def rolled(points, count):
@@ -185,19 +243,40 @@ def write_polygon(path, points):
     path.write_text("\n".join(lines) + "\n")
 
 
+def check_polygon(path, points):
+    write_polygon(path, points)
+    assert mux(path.name, "--winding", "keep").stderr == ""
+    mesh = mesh_of()
+    assert mesh.area == pytest.approx(area_of(points), rel=1e-3)
+    normal = np.sum([np.cross(points[i], points[(i + 1) % len(points)]) for i in range(len(points))], axis=0)
+    # Rounding to the lattice gives corners in a straight line a little area.
+    assert np.all(mesh.face_normals[mesh.area_faces > 1e-3] @ normal > 0)
+
+
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
 @pytest.mark.parametrize("start", range(4))
 @pytest.mark.parametrize("reverse", [False, True])
 @pytest.mark.parametrize("name", CONCAVE)
 def test_concave_polygons_keep_their_area_and_side(name, reverse, start, suffix, place):
     points = turned(rolled(CONCAVE[name], start))
-    points = points[::-1] if reverse else points
-    write_polygon(place / f"a{suffix}", points)
-    mux(f"a{suffix}", "--winding", "keep")
-    mesh = mesh_of()
-    assert mesh.area == pytest.approx(area_of(points), rel=1e-3)
-    normal = np.sum([np.cross(points[i], points[(i + 1) % len(points)]) for i in range(len(points))], axis=0)
-    assert np.all(mesh.face_normals @ normal > 0)
+    check_polygon(place / f"a{suffix}", points[::-1] if reverse else points)
+
+
+@pytest.mark.parametrize("start", [0, 3])
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("name", TOUCHING)
+def test_polygons_that_touch_themselves(name, reverse, start, place):
+    points = turned(rolled(TOUCHING[name], start))
+    check_polygon(place / "a.obj", points[::-1] if reverse else points)
+
+
+@pytest.mark.parametrize("turn", [lambda points: points, turned])
+@pytest.mark.parametrize("name", CROSSING)
+def test_polygons_that_cross_themselves_are_a_warning(name, turn, place):
+    write_polygon(place / "a.ply", turn(CROSSING[name]))
+    done = mux("a.ply", "--json", code=3)
+    assert "polygons that cross themselves: 1 in 1 frames" in done.stderr
+    assert summary(done)["mesh"]["self_crossing_polygons"] == {"count": 1, "frames": 1}
 
 
 def test_concave_polygons_keep_their_texture(place):
@@ -232,6 +311,17 @@ PLY = {
         PLY_HEAD.format(5) + FACE.format(1) + TRIANGLE + "nan nan nan\n-inf 0 NaN\n3 0 1 2\n",
         0.5,
     ),
+    "remarks before the format": (
+        "ply\ncomment a\nobj_info b\n\n" + PLY_HEAD[4:].format(3) + FACE.format(1) + TRIANGLE + "3 0 1 2\n",
+        0.5,
+    ),
+    "empty lines": (PLY_HEAD.format(3) + FACE.format(1) + "\n" + TRIANGLE + "\n \n3 0 1 2\n", 0.5),
+    "a byte order mark": ("\ufeff" + PLY_HEAD.format(3) + FACE.format(1) + TRIANGLE + "3 0 1 2\n", 0.5),
+    "a blank after the first word": (
+        "ply \n" + PLY_HEAD[4:].format(3) + FACE.format(1) + TRIANGLE + "3 0 1 2\n",
+        0.5,
+    ),
+    "a face of no corners": (PLY_HEAD.format(3) + FACE.format(2) + TRIANGLE + "0\n3 0 1 2\n", 0.5),
     "a strip": (PLY_HEAD.format(4) + STRIPS.format(1) + TRIANGLE + "1 1 0\n4 0 1 2 3\n", 1),
     "strips": (PLY_HEAD.format(4) + STRIPS.format(1) + TRIANGLE + "1 1 0\n7 0 1 2 -1 1 3 2\n", 1),
 }
@@ -250,10 +340,34 @@ def test_ply_files(name, place):
 def test_binary_ply_of_a_depth_camera(place):
     head = PLY_HEAD.format(4).replace("ascii", "binary_little_endian") + FACE.format(1)
     vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan,) * 3]
-    body = b"".join(struct.pack("<3f", *v) for v in vertices) + struct.pack("<B3i", 3, 0, 1, 2)
+    body = b"".join(struct.pack("<3f", *v) for v in vertices) + struct.pack("<B3i", 3, 0, 1, 2) + b"\r\n"
     (place / "a.ply").write_bytes(head.encode() + body)
     mux("a.ply")
     assert mesh_of().area == pytest.approx(0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "remark",
+    [
+        "comment TextureFile C:\\scan\\t.png",
+        'comment TEXTUREFILE "t.png"',
+        "comment\ttexturefile\tT.PNG",
+        "comment  TextureFile:  gone/t.png",
+        "obj_info TextureFile t.png",
+    ],
+)
+def test_pictures_of_ply_files(remark, place):
+    text = PLY_HEAD.format(3) + "property float S\nproperty float T\n" + FACE.format(1)
+    text += "0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n"
+    (place / "a.ply").write_text(text.replace("element vertex", remark + "\nelement vertex"))
+    assert mux("a.ply", "--quality", 30).stderr == ""
+    assert "atlas" in run("fvvinfo", "o.fvv").stdout
+
+
+def test_a_picture_without_texture_coordinates_is_a_warning(place):
+    text = PLY_HEAD.format(3) + FACE.format(1) + TRIANGLE + "3 0 1 2\n"
+    (place / "a.ply").write_text(text.replace("element vertex", "comment TextureFile t.png\nelement vertex"))
+    assert 'it names "t.png" (TextureFile) and has no texture coordinates' in mux("a.ply", code=3).stderr
 
 
 def test_a_vertex_of_a_face_must_be_a_number(place):

@@ -305,8 +305,8 @@ def test_places_of_a_picture_of_an_mtl(place, picture):
             'm/a.mtl: expected a picture below the folder of m/a.obj or in one beside it, found "../a.png"',
         ),
         ("a.mtl", "away/../out.png", "m/a.mtl: expected a picture below the folder of m/a.obj"),
-        ("a.mtl", "../../a/a.png", "m/a.mtl: expected a picture below the folder of m/a.obj"),
-        ("a.mtl", "../a/b/a.png", "m/a.mtl: expected a picture below the folder of m/a.obj"),
+        ("a.mtl", "../../a/z.png", "m/a.mtl: expected a picture below the folder of m/a.obj"),
+        ("a.mtl", "../a/b/z.png", "m/a.mtl: expected a picture below the folder of m/a.obj"),
         (
             "a.mtl",
             "out.png",

@@ -101,8 +101,19 @@ def glb(kind, factor=None):
     return glb_file(document, binary)
 
 
+MATERIALS = ("mtllib m.mtl\n" + "".join("v {} {} {}\n".format(*p) for p in PLACES)).encode() + b"".join(
+    f"usemtl {'left' if i < 2 else 'right'}\nf {a + 1} {b + 1} {c + 1}\n".encode()
+    for i, (a, b, c) in enumerate(FACES)
+    if i not in (2, 3)  # the faces between both halves
+)
 FILES = {
     "bytes.ply": ply(),
+    "bytes in shorts.ply": ply("ushort"),
+    "bytes in signed shorts.ply": ply("short"),
+    "shorts in integers.ply": ply("int", 65535),
+    "capitals.ply": ply(names=("Red", "Green", "Blue")),
+    "ambient.ply": ply(names=("ambient_red", "ambient_green", "ambient_blue")),
+    "materials.obj": MATERIALS,
     "shorts.ply": ply("ushort", 65535),
     "floats.ply": ply("float", 1),
     "floats to 255.ply": ply("float", 255),
@@ -126,6 +137,14 @@ def drawn(path, folder):
     return done, pixels[SIZE // 2, SIZE // 4], pixels[SIZE // 2, 3 * SIZE // 4]
 
 
+@pytest.mark.parametrize("name", ["floats.ply", "floats.obj"])
+def test_light_above_white_does_not_make_the_others_bytes(name, tmp_path):
+    brightest = max(FILES[name].split(), key=lambda word: float(word) if word.startswith(b"0.7") else 0)
+    (tmp_path / name).write_bytes(FILES[name].replace(brightest, b"1.5"))
+    done, left, right = drawn(tmp_path / name, tmp_path)
+    assert is_colour(left, (255, 40, 80)) and is_colour(right, RIGHT), (left, right)
+
+
 def is_colour(pixel, colour):
     """Light changes how bright it is: what is compared are ratios."""
     scale = pixel.sum() / sum(colour)
@@ -135,6 +154,11 @@ def is_colour(pixel, colour):
 @pytest.mark.parametrize("name", FILES)
 def test_colours_arrive(name, tmp_path):
     (tmp_path / name).write_bytes(FILES[name])
+    kd = [
+        "newmtl {}\nKd {} {} {}\n".format(n, *(v / 255 for v in c))
+        for n, c in (("left", LEFT), ("right", RIGHT))
+    ]
+    (tmp_path / "m.mtl").write_text("".join(kd))
     done, left, right = drawn(tmp_path / name, tmp_path)
     assert is_colour(left, LEFT) and is_colour(right, RIGHT), (left, right)
 

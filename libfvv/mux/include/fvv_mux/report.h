@@ -33,7 +33,7 @@ struct Change {
   }
 };
 struct MeshChanges {
-  Change split_polygons, left_out; // of the files
+  Change split_polygons, self_crossing, left_out, untextured; // of the files
   Change welded, degenerate, duplicate, unreferenced, flipped, dropped_components, dropped_faces;
   Change nonmanifold_edges, boundary_edges; // reported, not changed
   uint64_t changed_frames = 0;              // frames in which any of these except the last line is not 0

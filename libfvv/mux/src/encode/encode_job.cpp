@@ -124,6 +124,18 @@ bool warn_of_rates(const Plan &plan, const Report &report) {
 
 bool warn_at_end(const Plan &plan, const Report &report) {
   bool warned = warn_of_rates(plan, report);
+  if (const Change &crossing = report.changes.self_crossing; crossing.count) {
+    plan.observer.warn(plan.capture.path + ": polygons that cross themselves: " +
+                       std::to_string(crossing.count) + " in " + std::to_string(crossing.frames) +
+                       " frames; triangles around the first corner cover more than they do: write triangles");
+    warned = true;
+  }
+  if (const Change &bare = report.changes.untextured; bare.count) {
+    plan.observer.warn(plan.capture.path + ": triangles without texture coordinates, whose material has a " +
+                       "picture: " + std::to_string(bare.count) + " in " + std::to_string(bare.frames) +
+                       " frames; they have the material's colour alone");
+    warned = true;
+  }
   for (size_t k = 0; k < report.lower_meshes.size(); k++) {
     const MeshTrack &track = plan.meshes[k + 1];
     const DecimationSums &sums = report.lower_meshes[k].decimation;

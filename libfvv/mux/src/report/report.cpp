@@ -133,7 +133,9 @@ void add(RateResult &rate, const media::VideoCodec &codec, double quality, bool 
 
 void add(MeshChanges &changes, const scene::MeshReport &source, const fvv_mesh_report &report) {
   changes.split_polygons.add(source.polygons);
+  changes.self_crossing.add(source.self_crossing);
   changes.left_out.add(source.lines_and_points);
+  changes.untextured.add(source.untextured);
   changes.welded.add(report.welded_vertices);
   changes.degenerate.add(report.degenerate_faces);
   changes.duplicate.add(report.duplicate_faces);

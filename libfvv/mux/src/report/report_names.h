@@ -36,7 +36,9 @@ inline constexpr NamedChange named_changes[] = {
     {"dropped components", "dropped_components", &MeshChanges::dropped_components},
     {"faces of those", "dropped_component_faces", &MeshChanges::dropped_faces},
     {"split polygons", "split_polygons", &MeshChanges::split_polygons},
+    {"polygons that cross themselves", "self_crossing_polygons", &MeshChanges::self_crossing},
     {"lines and points left out", "lines_and_points", &MeshChanges::left_out},
+    {"faces without texture coordinates", "untextured_faces", &MeshChanges::untextured},
     {"non-manifold edges", "nonmanifold_edges", &MeshChanges::nonmanifold_edges},
     {"boundary edges", "boundary_edges", &MeshChanges::boundary_edges}};
 

@@ -31,7 +31,8 @@ struct MeshReport {
       0; // faces of more than 3 corners: a fan around the first one, or ears if that leaves them
   uint64_t self_crossing = 0; // those of them that cross themselves, whose fan is kept
   uint64_t lines_and_points =
-      0; // elements l and p of OBJ, faces of 2 corners, such primitives of glTF, left out
+      0;                   // elements l and p of OBJ, faces of 2 corners, such primitives of glTF, left out
+  uint64_t untextured = 0; // triangles of OBJ without coordinates in the picture of their material
 };
 
 // What a reader of meshes finds besides, where a caller asks for it.
@@ -56,7 +57,8 @@ constexpr uint64_t max_mesh_picture = uint64_t(1) << 28;
 // all vertices of the file. extras: NULL, or filled.
 //
 // OBJ: v (3 or 4 numbers, 6 or 7 with colours; weight and opacity are dropped; colours go to 1, or to 255 if
-// one is above 1; grey where they are no numbers or a vertex has none), f (v, v/vt, v//vn, v/vt/vn,
+// most are above 1; grey where they are no numbers or a vertex has none; else Kd of materials without
+// pictures), f (v, v/vt, v//vn, v/vt/vn,
 // negative indices, vertices defined later), vt (v points up), vn, comments, line continuation. Groups and
 // display attributes are skipped; free-form curves and surfaces, included files and unknown keywords are
 // errors. Materials: parse_obj_materials.

@@ -17,7 +17,8 @@ enum class Wrap { repeat, mirror, clamp };
 struct FacePicture {
   std::string name;                            // for messages; a file's path
   std::function<std::string()> load = nullptr; // its bytes; none: it is one colour
-  std::array<uint8_t, 3> colour = {};          // display values
+  std::array<uint8_t, 3> colour = {};          // display values; with a picture: of faces that cannot show it
+  bool has_colour = false;                     // the file says which
   std::array<double, 3> tint = {1, 1, 1};      // linear light that the picture is multiplied with
   std::array<Wrap, 2> wrap = {Wrap::repeat, Wrap::repeat};
 
@@ -76,8 +77,12 @@ Mesh parse_ply_pictures(std::string_view bytes, const std::string &name, const f
                         MeshReport *report, bool normals, FacePictures &faces);
 Mesh parse_gltf_pictures(std::string_view bytes, const std::string &name, const fvv_limits *limits,
                          MeshReport *report, bool normals, FacePictures &faces);
-// The names after "comment TextureFile" in the header of a PLY file that has texture coordinates; else none.
-std::vector<std::string> ply_pictures(std::string_view bytes, const std::string &name);
+// The names after "comment TextureFile" in the header of a PLY file, and whether it has texture coordinates.
+struct PlyPictures {
+  std::vector<std::string> names;
+  bool has_coordinates = false;
+};
+PlyPictures ply_pictures(std::string_view bytes, const std::string &name);
 // A mesh file by the extension of path, as it is, and with texture coordinates of one picture that another
 // file has.
 Mesh parse_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,

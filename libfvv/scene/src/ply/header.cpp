@@ -36,16 +36,14 @@ public:
 
   PlyHeader read() {
     next();
-    if (text != "ply" && text != "PLY") fail("expected ply in the first line, found " + quote(text));
+    if (trimmed_name(text) != "ply" && trimmed_name(text) != "PLY")
+      fail("expected ply in the first line, found " + quote(text));
+    while (next_is_remark()) {}
     read_format();
     for (;;) {
-      next();
+      if (next_is_remark()) continue;
       std::string_view words = text, keyword;
-      if (!next_word(words, keyword))
-        fail("expected element, property, comment or end_header, found nothing");
-      if (keyword == "comment" && words.substr(0, 12) == " TextureFile")
-        header.pictures.push_back(trimmed_name(words.substr(12)));
-      if (keyword == "comment" || keyword == "obj_info") continue;
+      next_word(words, keyword);
       if (keyword == "end_header") break;
       if (keyword == "element")
         read_element(words);
@@ -78,6 +76,18 @@ private:
     next_line(rest, text);
   }
 
+  // Takes the next line. Some programs write comments before the format, and empty lines.
+  bool next_is_remark() {
+    next();
+    std::string_view words = text, keyword, first;
+    if (!next_word(words, keyword)) return true;
+    if (keyword != "comment" && keyword != "obj_info") return false;
+    std::string_view file = words;
+    if (next_word(file, first) && (lower(first) == "texturefile" || lower(first) == "texturefile:"))
+      header.pictures.push_back(trimmed_name(file));
+    return true;
+  }
+
   static std::string trimmed_name(std::string_view text) {
     const size_t first = text.find_first_not_of(" \t\r"), last = text.find_last_not_of(" \t\r");
     return first == text.npos ? std::string() : std::string(text.substr(first, last + 1 - first));
@@ -95,9 +105,8 @@ private:
   }
 
   void read_format() {
-    next();
     std::string_view words = text;
-    if (take(words, "format") != "format") fail("expected format in the second line, found " + quote(text));
+    if (take(words, "format") != "format") fail("expected format after ply, found " + quote(text));
     const std::string_view format = take(words, "ascii, binary_little_endian or binary_big_endian");
     if (format == "ascii")
       header.format = PlyFormat::ascii;
@@ -221,7 +230,7 @@ private:
 
   static PlyProperty *property_of(PlyElement &element, const char *property) {
     for (PlyProperty &candidate : element.properties)
-      if (candidate.name == property) return &candidate;
+      if (lower(candidate.name) == property) return &candidate; // programs disagree about capitals
     return nullptr;
   }
 
@@ -262,8 +271,10 @@ private:
   }
 
   static bool find_colours(PlyElement &element) {
-    constexpr const char *triples[][3] = {
-        {"red", "green", "blue"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}, {"r", "g", "b"}};
+    constexpr const char *triples[][3] = {{"red", "green", "blue"},
+                                          {"diffuse_red", "diffuse_green", "diffuse_blue"},
+                                          {"r", "g", "b"},
+                                          {"ambient_red", "ambient_green", "ambient_blue"}};
     for (const auto &names : triples) {
       PlyProperty *found[3];
       bool is_colour = true;

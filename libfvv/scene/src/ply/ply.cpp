@@ -37,9 +37,13 @@ public:
   void begin(const PlyElement &declared, uint64_t number) {
     element = &declared;
     index = number;
-    line++;
-    if (!next_line(rest, text))
-      fail("the file ends before " + numbered(declared, number) + " of " + std::to_string(declared.count));
+    std::string_view words, word;
+    do {
+      line++;
+      if (!next_line(rest, text))
+        fail("the file ends before " + numbered(declared, number) + " of " + std::to_string(declared.count));
+      words = text;
+    } while (!next_word(words, word)); // an empty line is no element
   }
   // any: a number may also be NaN or infinite.
   double real(const PlyProperty &property, bool any = false) {
@@ -141,7 +145,8 @@ public:
   }
   void finish() {}
   void finish_file() {
-    if (cursor != end)
+    // Some programs end a binary file with a line end too.
+    if (!std::all_of(cursor, end, [](char c) { return c == '\n' || c == '\r'; }))
       fail("expected the end of the file, found " + std::to_string(end - cursor) + " more bytes");
   }
   [[noreturn]] void fail(const std::string &what) const {
@@ -270,10 +275,7 @@ private:
   std::vector<uint8_t> colours() {
     for (size_t v = 0; v < sums.size(); v += 4)
       for (size_t k = 0; k < 3; k++) of_points.push_back(sums[v + 3] > 0 ? sums[v + k] / sums[v + 3] : NAN);
-    const bool above_one =
-        std::any_of(of_points.begin(), of_points.end(), [](double value) { return value > 1; });
-    const bool is_byte = colour_type.size != 2 && (!colour_type.is_float || above_one);
-    return display_colours(of_points, is_byte ? 255 : colour_type.is_float ? 1 : 65535);
+    return display_colours(of_points, white_of(of_points, !colour_type.is_float));
   }
 
   std::vector<double> normals_of_corners() const {
@@ -310,7 +312,6 @@ private:
   void read_face(const PlyProperty &property, uint64_t index) {
     const auto face = [&] { return "face " + std::to_string(index); };
     const uint64_t size = list_size(property);
-    if (size == 0) body.fail(face() + ": expected corners, found none");
     if (size > 2 && size - 2 > limits.max_faces - mesh.face_count())
       body.fail(face() + ": more than the allowed " + std::to_string(limits.max_faces) + " triangles");
     corners.clear();
@@ -382,9 +383,10 @@ Mesh read_body(std::string_view bytes, const PlyHeader &header, const std::strin
   return BodyReader<Body>(body, header, name, limits, report, extras, numbers).read();
 }
 
-// With LF where a file of old programs has CR alone: in the header, and in a body of text. kept: where the
-// bytes are then.
+// Without a byte order mark, and with LF where a file of old programs has CR alone: in the header, and in a
+// body of text. kept: where the bytes are then.
 std::string_view with_line_feeds(std::string_view bytes, std::string &kept) {
+  if (bytes.substr(0, 3) == "\xef\xbb\xbf") bytes.remove_prefix(3);
   if (bytes.substr(0, 4) != "ply\r" || bytes.substr(4, 1) == "\n") return bytes;
   const size_t end = bytes.find("end_header\r");
   if (end == bytes.npos) return bytes;
@@ -408,15 +410,17 @@ Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits
   return read(bytes, header, name, bounds, report ? *report : ignored, extras, nullptr);
 }
 
-std::vector<std::string> ply_pictures(std::string_view bytes, const std::string &name) {
+PlyPictures ply_pictures(std::string_view bytes, const std::string &name) {
   std::string kept;
   bytes = with_line_feeds(bytes, kept);
   const fvv_limits bounds = limits_or_default(nullptr);
+  PlyPictures out;
   try {
-    return parse_ply_header(bytes, name, bounds, true, false, false).pictures;
-  } catch (const Error &) {
-    return {}; // without texture coordinates a picture has no use
-  }
+    out.names = parse_ply_header(bytes, name, bounds, false, false, false).pictures;
+    (void)parse_ply_header(bytes, name, bounds, true, false, false);
+    out.has_coordinates = true;
+  } catch (const Error &) {} // those who read the mesh report what is wrong with it
+  return out;
 }
 
 Mesh parse_ply_pictures(std::string_view bytes, const std::string &name, const fvv_limits *limits,
