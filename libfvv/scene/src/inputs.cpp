@@ -168,6 +168,7 @@ Frames frames_of(const std::vector<Sequence> &sequences) {
 struct Folder {
   std::vector<Camera> cameras; // with pictures, relative to the working folder
   std::string kind;            // for messages
+  std::vector<std::string> notes;
 };
 
 // The pattern of the pictures beside one with a number in its name that differ from it in the number alone;
@@ -246,12 +247,29 @@ std::optional<fs::path> first_file(const fs::path &folder) {
   return first;
 }
 
+// Frames follow the numbers of their files, which must go with the times that a calibration gives.
+void check_order(const Camera &camera, const Pattern &pattern, const std::vector<std::string> &in_time) {
+  std::map<std::string, int64_t> numbers;
+  for (const int64_t number : numbers_of(pattern))
+    numbers[fs::path(pattern.file(number)).lexically_normal().string()] = number;
+  std::optional<int64_t> before;
+  for (const std::string &file : in_time) {
+    const auto found = numbers.find(fs::path(file).lexically_normal().string());
+    if (found == numbers.end() || (before && found->second <= *before))
+      throw Error(describe(camera) + ": expected pictures " + pattern.text() +
+                  " whose numbers are in the order of their times, found " + quote(file) +
+                  (before ? " after " + quote(pattern.file(*before)) : std::string()));
+    before = found->second;
+  }
+}
+
 // files: of the calibration, each camera's picture. A camera that has a folder of its own has a sequence of
 // pictures there: the folder of its picture, unless other cameras have pictures in it, or one with the name
 // of the picture. All others have the one picture.
-// has_moments: each camera has a sequence, wherever it is.
+// moments: empty, or of each camera its pictures in the order of time, which is a sequence wherever it is.
 void add_pictures(std::vector<Camera> &cameras, const std::vector<std::string> &files,
-                  bool has_moments = false) {
+                  const std::vector<std::vector<std::string>> &moments = {}) {
+  const bool has_moments = !moments.empty();
   std::map<fs::path, size_t> used;
   for (const std::string &file : files) used[fs::path(file).parent_path()]++;
   for (size_t i = 0; i < cameras.size(); i++) {
@@ -271,6 +289,7 @@ void add_pictures(std::vector<Camera> &cameras, const std::vector<std::string> &
         if (!pattern) pattern = as_pattern(first->string());
       }
     cameras[i].pictures = parse_pattern("pictures", pattern.value_or(as_pattern(picture.string())));
+    if (has_moments) check_order(cameras[i], *cameras[i].pictures->pattern, moments[i]);
   }
 }
 
@@ -290,7 +309,7 @@ Folder read_colmap(const fs::path &folder, const fs::path &model) {
   std::vector<std::string> files;
   for (const std::string &name : calibration.pictures) files.push_back((images / name).string());
   add_pictures(calibration.cameras, files);
-  return {std::move(calibration.cameras), "a COLMAP model"};
+  return {std::move(calibration.cameras), "a COLMAP model", {}};
 }
 
 Folder read_nerfstudio(const fs::path &file) {
@@ -298,8 +317,12 @@ Folder read_nerfstudio(const fs::path &file) {
   std::vector<std::string> files;
   for (const std::string &name : calibration.pictures)
     files.push_back(import::nerfstudio_picture(file.parent_path().string(), name));
-  add_pictures(calibration.cameras, files, calibration.has_moments);
-  return {std::move(calibration.cameras), file.filename().string()};
+  for (std::vector<std::string> &of_camera : calibration.moments)
+    for (std::string &name : of_camera) name = import::nerfstudio_picture(file.parent_path().string(), name);
+  add_pictures(calibration.cameras, files, calibration.moments);
+  std::vector<std::string> notes;
+  for (const std::string &note : calibration.notes) notes.push_back(file.string() + ": " + note);
+  return {std::move(calibration.cameras), file.filename().string(), std::move(notes)};
 }
 
 Folder read_folder(const std::string &given) {
@@ -637,6 +660,7 @@ std::string describe_inputs(const std::string &given, const Inputs &as_given, co
   capture.memory_limit = limit;
   if (inputs.frame_duration) capture.frame_duration = *inputs.frame_duration;
   capture.cameras = std::move(folder.cameras);
+  if (inputs.masks.empty()) capture.notes = std::move(folder.notes);
   add_named(inputs, capture.cameras);
   const Names names(file);
   set_meshes(capture, inputs, names);

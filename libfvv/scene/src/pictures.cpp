@@ -12,6 +12,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <tuple>
 
 namespace fvv::scene {
@@ -104,7 +105,12 @@ private:
   static media::MaskRule look(const Capture &capture, const PictureSource &source) {
     std::optional<media::MaskFacts> facts;
     const int64_t count = source.is_constant() ? 1 : capture.frames.count;
-    for (int64_t i = 0; i < count; i++) {
+    // The ends and the middle first: objects come and go.
+    std::vector<int64_t> order = {0, count - 1, count / 2};
+    for (int64_t i = 0; i < count; i++) order.push_back(i);
+    std::set<int64_t> seen;
+    for (const int64_t i : order) {
+      if (!seen.insert(i).second) continue;
       const std::string path = capture.resolve(source.file(capture.frames.number(i)));
       if (!why_unreadable(path).empty()) continue; // whatever needs the file reports it
       media::check_image_memory(path, capture.memory_limit);

@@ -543,20 +543,20 @@ def test_a_blender_set(made, place):
     assert 'expected "w" here or at the top, found neither' in done.stderr
 
 
-def moments(place, cameras, moving=False):
+def moments(place, cameras, moving=False, key="time", number=lambda moment: moment):
     """transforms.json with times, as D-NeRF and 4DGS have it, and pictures of one colour a moment."""
     frames = []
     (place / "images").mkdir()
     for moment in range(3):
         for camera in range(cameras):
-            name = f"images/cam{camera:02}_{moment:04}.png"
+            name = f"images/cam{camera:02}_{number(moment):04}.png"
             pixels = np.zeros((36, 64, 3), np.uint8)
             pixels[..., moment] = 200
             (place / name).write_bytes(png_of(pixels))
             angle = camera + (0.1 * moment if moving else 0)
             c, s = np.cos(angle), np.sin(angle)
             pose = [[c, 0, s, 3 * s], [0, 1, 0, 0.5], [-s, 0, c, 3 * c], [0, 0, 0, 1]]
-            frames.append({"file_path": name, "time": moment / 2, "transform_matrix": pose})
+            frames.append({"file_path": name, key: moment / 2, "transform_matrix": pose})
     document = {"w": 64, "h": 36, "fl_x": 45, "fl_y": 45, "frames": frames}
     (place / "transforms.json").write_text(json.dumps(document))
     (place / "m.obj").write_text(
@@ -575,6 +575,39 @@ def test_times_of_nerfstudio_are_frames(place):
     run("fvvmux", ".", "--meshes", "m.obj", "-o", "o.fvv", *QUICK, warns=True, code=(0, 3))
     (info,) = json.loads(run("fvvinfo", "--json", "o.fvv").stdout)["files"]
     assert info["frames"] == 3 and len(info["cameras"]) == 2
+
+
+@pytest.mark.parametrize("key", ["time_id", "timestamp", "frame_id"])
+def test_several_pictures_of_one_camera_are_moments(key, place):
+    """Also if the entries are in another order."""
+    moments(place, 2, key=key)
+    document = json.loads((place / "transforms.json").read_text())
+    (place / "transforms.json").write_text(json.dumps({**document, "frames": document["frames"][::-1]}))
+    described = json.loads(run("fvvmux", ".", "--meshes", "m.obj", "--write-capture", "-").stdout)
+    assert described["frames"]["count"] == 3
+    assert [c["pictures"] for c in described["cameras"]] == [f"images/cam0{i}_%04d.png" for i in (1, 0)]
+
+
+@pytest.mark.parametrize("number", [lambda moment: 9 - moment, lambda moment: [1, 0, 2][moment]])
+def test_pictures_whose_numbers_do_not_go_with_their_times_are_refused(number, place):
+    moments(place, 2, number=number)
+    done = run("fvvmux", ".", "--meshes", "m.obj", "-o", "o.fvv", code=1)
+    assert "whose numbers are in the order of their times" in done.stderr
+
+
+def test_several_pictures_of_one_camera_without_times_are_refused(place):
+    moments(place, 2, key="other")
+    done = run("fvvmux", ".", "--meshes", "m.obj", "-o", "o.fvv", code=1)
+    assert 'pictures of several moments need a "time"' in done.stderr
+
+
+def test_masks_of_nerfstudio_are_a_warning(place):
+    moments(place, 1, key="other")
+    document = json.loads((place / "transforms.json").read_text())
+    document["frames"] = [{**document["frames"][0], "mask_path": "masks/0.png"}]
+    (place / "transforms.json").write_text(json.dumps(document))
+    done = run("fvvmux", ".", "--meshes", "m.obj", "-o", "o.fvv", *QUICK, warns=True, code=3)
+    assert 'names masks ("mask_path"), which are not used' in done.stderr
 
 
 def test_a_moving_camera_of_nerfstudio_is_refused(place):

@@ -65,6 +65,16 @@ def two_objects(mask, path):
     Image.fromarray(rgb.astype(np.uint8)).save(path)
 
 
+def numbers(*values):
+    """Objects beside each other, each with a grey of its own."""
+
+    def write(mask, path):
+        value = np.repeat(values, mask.shape[1] // len(values) + 1)[: mask.shape[1]]
+        Image.fromarray(np.where(mask, value[None, :], 0).astype(np.uint8)).save(path)
+
+    return write
+
+
 def cut_out(mask, path):
     """Dark colours under alpha, which alone counts."""
     rgba = np.full((*mask.shape, 4), 20, np.uint8)
@@ -105,6 +115,9 @@ WAYS = {
     "dark red": coloured(64, 0, 0),
     "palette": palette,
     "two objects": two_objects,
+    "numbers": numbers(1, 2, 3, 4, 5),
+    "numbers, some bright": numbers(60, 120, 180, 240),
+    "numbers, one bright": numbers(1, 200),
     "cut-out": cut_out,
     "grey cut-out": grey_cut_out,
     "opaque alpha": opaque,

@@ -22,7 +22,8 @@ public:
   static std::optional<MaskFacts> of(const std::string &path);
   void add(const MaskFacts &other);
   MaskRule rule() const;
-  // Whether no further file can change the rule.
+  // Whether no further file is likely to change the rule: three that are black and white, of 8-bit numbers of
+  // objects some of which are bright, do not.
   bool is_decided() const;
 
 private:
@@ -31,7 +32,9 @@ private:
   bool is_bright = false;           // some luma is above the threshold
   bool is_coloured = false;         // some pixel has channels that differ
   uint64_t pixels = 0, changes = 0; // from a pixel to the next one of its row, about
-  std::set<uint64_t> colours;       // 16 bits each of R, G, B; at most one more than most_labels
+  uint64_t dark = 0, dark_runs = 0; // pixels up to the threshold that are not black; their areas, by rows
+  size_t files = 0;
+  std::set<uint64_t> colours; // 16 bits each of R, G, B; at most one more than most_labels
 };
 
 // Grey, 255 where rule luma or alpha has more, and for any 255 or 0: values above 127 are foreground. Files

@@ -19,9 +19,9 @@ struct Calibration {
   // Of colmap and nerfstudio, for each camera its picture as the file names it: relative to the folder of
   // pictures, or to that of the file. Else empty.
   std::vector<std::string> pictures;
-  // Of nerfstudio with times: each camera has a picture for each moment, in files that differ by a number
-  // alone; the picture is the first of them.
-  bool has_moments = false;
+  // Of nerfstudio with times: of each camera its pictures of all moments, as the file names them, in the
+  // order of time; the picture is the first of them. Else empty.
+  std::vector<std::vector<std::string>> moments;
 };
 
 // Every reader is strict and throws Error: "path:LINE: expected ..., found ..." for text and

@@ -148,40 +148,70 @@ std::string nerfstudio_picture(const std::string &folder, const std::string &fil
 
 namespace {
 
-// Entries of unlike times (D-NeRF, HyperNeRF and 4DGS write them) are moments of few cameras: pictures of
-// several moments must never colour one mesh. Of each camera the entry of the first moment stays.
-std::vector<size_t> first_moment(const JsonValue &root, const JsonValue &frames) {
-  std::vector<size_t> all;
-  std::map<double, size_t> moments; // by time, and how many entries each has
-  for (size_t i = 0; i < frames.size(); i++) {
-    all.push_back(i);
-    if (const auto time = frames.item(i).find("time")) moments[finite(*time)]++;
-  }
-  if (moments.size() < 2) return all;
-  std::vector<size_t> first;
-  std::map<std::string, std::vector<double>> times; // of each camera: by pose, and lens where it has its own
+// A camera that stays where it is: its entries, in the order of their times.
+using Moments = std::vector<std::vector<size_t>>;
+
+// Pose, and lens where the entry has its own.
+std::string camera_key(const JsonValue &root, const JsonValue &frame) {
+  std::string key = frame.at("transform_matrix").raw();
+  for (const char *name : {"w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "k1", "k2", "p1", "p2"})
+    if (const auto value = Scope(root, frame).find(name)) key += " " + value->raw();
+  return key;
+}
+
+// The key of the times of the entries; NULL: they have none. Only "time" is always one: a still scene may
+// have the others too, but not several pictures of one camera.
+const char *key_of_times(const JsonValue &root, const JsonValue &frames) {
+  std::map<std::string, std::string> pictures; // by camera
+  bool has_time = false;
+  std::optional<size_t> second;
   for (size_t i = 0; i < frames.size(); i++) {
     const JsonValue frame = frames.item(i);
-    const auto time = frame.find("time");
-    if (!time) frame.fail("expected a \"time\" as other entries have, found none");
-    std::string key = frame.at("transform_matrix").raw();
-    for (const char *name : {"w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "k1", "k2", "p1", "p2"})
-      if (const auto value = Scope(root, frame).find(name)) key += " " + value->raw();
-    std::vector<double> &of_camera = times[key];
-    if (of_camera.empty() || finite(*time) < of_camera.front()) {
-      if (!of_camera.empty())
-        frame.fail("expected entries in the order of their times, found an earlier one");
-      first.push_back(i);
-    }
-    of_camera.push_back(finite(*time));
+    has_time = has_time || frame.find("time");
+    const std::string picture = frame.at("file_path").text();
+    const auto [other, is_new] = pictures.emplace(camera_key(root, frame), picture);
+    if (!is_new && other->second != picture && !second) second = i;
   }
-  for (const auto &[key, of_camera] : times)
+  if (has_time) return "time";
+  if (!second) return nullptr;
+  for (const char *name : {"time_id", "timestamp", "frame_id"})
+    if (frames.item(*second).find(name)) return name;
+  frames.item(*second).fail(
+      "expected a camera with a pose of its own, found a second picture of one: pictures of "
+      "several moments need a \"time\"");
+}
+
+// Entries of unlike times (D-NeRF, HyperNeRF and 4DGS write them) are moments of few cameras: pictures of
+// several moments must never colour one mesh. Empty: there is one moment.
+Moments moments_of(const JsonValue &root, const JsonValue &frames) {
+  const char *const key = key_of_times(root, frames);
+  if (!key) return {};
+  std::map<double, size_t> moments; // by time, and how many entries each has
+  for (size_t i = 0; i < frames.size(); i++)
+    if (const auto time = frames.item(i).find(key)) moments[finite(*time)]++;
+  if (moments.size() < 2) return {};
+  Moments out;
+  std::map<std::string, size_t> cameras;
+  std::vector<std::map<double, size_t>> times; // of each camera, and its entries
+  for (size_t i = 0; i < frames.size(); i++) {
+    const JsonValue frame = frames.item(i);
+    const auto time = frame.find(key);
+    if (!time) frame.fail(std::string("expected a \"") + key + "\" as other entries have, found none");
+    const auto [camera, is_new] = cameras.emplace(camera_key(root, frame), times.size());
+    if (is_new) times.emplace_back();
+    if (!times[camera->second].emplace(finite(*time), i).second)
+      time->fail("expected one picture of a camera and a moment, found a second one");
+  }
+  for (const auto &of_camera : times) {
     if (of_camera.size() != moments.size())
-      frames.fail("has " + std::to_string(moments.size()) +
-                  " moments (\"time\"): expected cameras that stay "
+      frames.fail("has " + std::to_string(moments.size()) + " moments (\"" + key +
+                  "\"): expected cameras that stay "
                   "where they are, each with a picture of every moment, found one with " +
                   std::to_string(of_camera.size()) + "; write a capture.json with a calibration per frame");
-  return first;
+    out.emplace_back();
+    for (const auto &[time, entry] : of_camera) out.back().push_back(entry);
+  }
+  return out;
 }
 
 } // namespace
@@ -190,10 +220,22 @@ Calibration read_nerfstudio(const std::string &file) {
   const nlohmann::json document = scene::parse_strict_json(scene::read_file(file, max_json_size), file);
   const JsonValue root(document, file), frames = root.at("frames");
   Calibration calibration;
-  const std::vector<size_t> entries = first_moment(root, frames);
-  calibration.has_moments = entries.size() < frames.size();
+  std::vector<size_t> entries; // of each camera the first one
+  for (const std::vector<size_t> &of_camera : moments_of(root, frames)) {
+    entries.push_back(of_camera.front());
+    calibration.moments.emplace_back();
+    for (const size_t entry : of_camera)
+      calibration.moments.back().push_back(frames.item(entry).at("file_path").text());
+  }
+  for (size_t i = 0; i < frames.size() && calibration.moments.empty(); i++) entries.push_back(i);
   for (const size_t entry : entries)
     calibration.pictures.push_back(frames.item(entry).at("file_path").text());
+  for (size_t i = 0; i < frames.size() && calibration.notes.empty(); i++)
+    if (frames.item(i).find("mask_path"))
+      calibration.notes.push_back(
+          "names masks (\"mask_path\"), which are not used, because some hide what moves and "
+          "others show it: " +
+          option_name("masks") + " gives them");
   const std::vector<std::string> names = names_of_pictures(calibration.pictures);
   const std::string folder = std::filesystem::path(file).parent_path().string();
   for (size_t i = 0; i < entries.size(); i++) {
