@@ -537,6 +537,17 @@ class Metashape(Camera):
         return np.stack([self.c[0] + du * f + du * b1 + dv * b2, self.c[1] + dv * f], 1)
 
 
+def write_metashape_components(folder, random):
+    """As newer versions write it: the transform is that of the cameras' component."""
+    arguments, cameras = write_metashape(folder, random)
+    text_of_file = arguments[1].read_text()
+    begin, end = text_of_file.rindex("<transform><rotation>"), text_of_file.rindex("</chunk>")
+    parts = f'<components next_id="2" active_id="1"><component id="1">{text_of_file[begin:end]}</component></components>'
+    text_of_file = text_of_file[:begin] + parts + text_of_file[end:]
+    arguments[1].write_text(text_of_file.replace("<camera id", '<camera component_id="1" id'))
+    return arguments, cameras
+
+
 def write_metashape(folder, random):
     """Two sensors, a group, a camera that is not aligned, and a chunk that is turned, moved and scaled."""
     turn, move, scale = Camera(random).r, random.uniform(-2, 2, 3), random.uniform(0.5, 2)
@@ -623,6 +634,7 @@ WRITERS = {
     "easymocap": write_easymocap,
     "kalibr": write_kalibr,
     "metashape": write_metashape,
+    "metashape_components": write_metashape_components,
     "opencv_others": write_opencv_others,
     "panoptic_others": write_panoptic_others,
     "toml": write_toml,

@@ -197,6 +197,42 @@ def test_what_other_programs_write_and_fvv_cannot_hold(fvvimport, tmp_path, form
     assert not (tmp_path / "out.json").exists()
 
 
+@pytest.mark.parametrize("gone", ["rigs.txt", "frames.txt"])
+def test_half_of_the_rigs_of_colmap_is_refused(fvvimport, tmp_path, gone):
+    """Poses are in both; those of the list of images may be older."""
+    import_formats.write_colmap_rigs(tmp_path, np.random.default_rng(0))
+    (tmp_path / gone).unlink()
+    done = fvvimport("colmap", tmp_path, "-o", "-", "--pictures", "{name}.png")
+    assert done.returncode == 1
+    assert f": expected {tmp_path}/{gone} too, as both hold the poses" in done.stderr.decode()
+
+
+def test_an_image_of_no_frame_of_colmap_is_refused(fvvimport, tmp_path):
+    _, cameras = import_formats.write_colmap_rigs(tmp_path, np.random.default_rng(0))
+    frames = (tmp_path / "frames.txt").read_text()
+    (tmp_path / "frames.txt").write_text(
+        frames.replace(f" {len(cameras)} CAMERA 1 ", f" {len(cameras) - 1} CAMERA 1 ")
+    )
+    done = fvvimport("colmap", tmp_path, "-o", "-", "--pictures", "{name}.png")
+    assert done.returncode == 1
+    assert f"expected an image of one of the frames, found image {cameras[-1][0]}" in done.stderr.decode()
+
+
+@pytest.mark.parametrize(("head", "units"), [({"calibDataSource": "a"}, "metres"), ({}, "unknown")])
+def test_only_the_files_of_the_studio_are_in_centimetres(fvvimport, tmp_path, head, units):
+    camera = {
+        "resolution": [4, 3],
+        "K": [[5, 0, 2], [0, 5, 1], [0, 0, 1]],
+        "R": np.eye(3).tolist(),
+        "t": [0, 0, 3],
+    }
+    (tmp_path / "c.json").write_text(json.dumps({**head, "cameras": [camera]}))
+    done = fvvimport("panoptic", tmp_path / "c.json", "-o", "-", "--pictures", "{name}.png")
+    document = json.loads(done.stdout)
+    assert document["units"] == units
+    assert document["cameras"][0]["translation"][2] == pytest.approx(0.03 if head else 3)
+
+
 def test_cameras_that_are_not_aligned_are_counted(fvvimport, tmp_path):
     path = tmp_path / "cameras.xml"
     path.write_text(METASHAPE.format("frame", ""))

@@ -188,6 +188,9 @@ struct Known {
 Image make_image(const std::string &where, int64_t id, const double given[7], int64_t camera,
                  const std::string &picture, const Known &known) {
   const auto by_rig = known.rigs.images.find(id);
+  if (by_rig == known.rigs.images.end() && !known.rigs.images.empty())
+    throw Error(where + ": expected an image of one of the frames, found image " + std::to_string(id) +
+                ", which is in none");
   const double *pose = by_rig == known.rigs.images.end() ? given : by_rig->second.data();
   const CamerasById &cameras = known.cameras;
   const auto found = cameras.find(camera);
@@ -493,7 +496,11 @@ std::vector<std::string> colmap_files(const std::string &folder) {
     out.push_back((model / (name + std::string(extension))).string());
   const std::string rigs = (model / (std::string("rigs") + extension)).string(),
                     frames = (model / (std::string("frames") + extension)).string();
-  if (is_file(rigs) && is_file(frames)) out.insert(out.end(), {rigs, frames});
+  if (is_file(rigs) != is_file(frames))
+    throw Error(
+        (is_file(rigs) ? rigs + ": expected " + frames : frames + ": expected " + rigs) +
+        " too, as both hold the poses: copy it, or take this one away for those in the list of images");
+  if (is_file(rigs)) out.insert(out.end(), {rigs, frames});
   return out;
 }
 

@@ -1,5 +1,6 @@
 // cameras.xml of Agisoft Metashape (File > Export > Export Cameras, Agisoft XML). The pose of a camera is
-// camera to chunk in OpenCV's axes; the chunk's transform (scale, rotation, translation) leads to the world.
+// camera to chunk in OpenCV's axes; the transform of the chunk, or of its component that the camera is of,
+// (scale, rotation, translation) leads to the world.
 // Pixels: u = w/2 + cx + f x' + b1 x' + b2 y', v = h/2 + cy + f y', from the corner of the picture
 // (Metashape's manual, appendix on camera models), so that b1 lengthens f and b2 is the skew.
 
@@ -38,7 +39,11 @@ public:
       chunk = &node;
     }
     if (!chunk) throw Error(path + ": expected a chunk with cameras, found none");
-    if (const Node *transform = chunk->find(path, "transform")) read_transform(*transform);
+    if (const Node *transform = chunk->find(path, "transform")) world = read_transform(*transform);
+    if (const Node *list = chunk->find(path, "components"))
+      for (const Node &node : list->children)
+        if (const Node *transform = node.name == "component" ? node.find(path, "transform") : nullptr)
+          components.emplace(node.attribute(path, "id"), read_transform(*transform));
     for (const Node &node : chunk->child(path, "sensors").children)
       if (node.name == "sensor") sensors.emplace(node.attribute(path, "id"), &node);
     read_cameras(chunk->child(path, "cameras"));
@@ -67,19 +72,21 @@ private:
     return node ? numbers(*node, 1)[0] : 0;
   }
 
-  void read_transform(const Node &node) {
+  Similarity read_transform(const Node &node) {
+    Similarity read;
     if (const Node *part = node.find(path, "rotation")) {
       const auto values = numbers(*part, 9);
-      std::copy(values.begin(), values.end(), world.rotation.begin());
+      std::copy(values.begin(), values.end(), read.rotation.begin());
     }
     if (const Node *part = node.find(path, "translation")) {
       const auto values = numbers(*part, 3);
-      std::copy(values.begin(), values.end(), world.translation.begin());
+      std::copy(values.begin(), values.end(), read.translation.begin());
     }
-    if (const Node *part = node.find(path, "scale")) world.scale = numbers(*part, 1)[0];
-    if (!(world.scale > 0)) fail_at(path, node.line, "expected a scale above 0 of the chunk");
+    if (const Node *part = node.find(path, "scale")) read.scale = numbers(*part, 1)[0];
+    if (!(read.scale > 0)) fail_at(path, node.line, "expected a scale above 0 of the chunk");
     // Without a scale bar or coordinates the world is that of the first camera, in lengths of no unit.
     out.metres_per_unit = node.find(path, "scale") ? 1 : 0;
+    return read;
   }
 
   void read_lens(const Node &sensor, fvv_camera &camera) const {
@@ -122,7 +129,7 @@ private:
 
   // camera: to the chunk. World to camera is its inverse after the chunk's transform, whose scale is that of
   // the world's lengths.
-  void set_pose(const std::vector<double> &m, fvv_camera &camera) const {
+  void set_pose(const std::vector<double> &m, const Similarity &world, fvv_camera &camera) const {
     double centre[3];
     for (size_t i = 0; i < 3; i++) {
       centre[i] = world.translation[i];
@@ -154,14 +161,18 @@ private:
       camera.set_name(node.attribute(path, "label"));
       camera.calibration.id = uint16_t(out.cameras.size()); // append() allows far fewer cameras
       read_lens(*lens->second, camera.calibration);
-      set_pose(numbers(*transform, 16), camera.calibration);
+      const std::string *part = node.find_attribute("component_id");
+      const auto component = part ? components.find(*part) : components.end();
+      set_pose(numbers(*transform, 16), component == components.end() ? world : component->second,
+               camera.calibration);
       append(out, std::move(camera), path + ":" + std::to_string(node.line));
     }
   }
 
   const std::string &path;
   Node root;
-  Similarity world;
+  Similarity world;                             // of the chunk
+  std::map<std::string, Similarity> components; // of its parts, which newer versions have instead
   std::map<std::string, const Node *> sensors;
   Calibration out;
   size_t unaligned = 0;

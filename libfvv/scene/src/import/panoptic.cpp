@@ -96,8 +96,8 @@ Calibration read_panoptic(const std::string &file) {
     const JsonValue &named = listed ? *listed : root;
     for (const std::string &key : named.keys()) add(named.at(key.c_str()), key);
   }
-  // The studio's own files are in centimetres.
-  if (root.is_object() && listed && !listed->is_object()) calibration.metres_per_unit = 0.01;
+  // The studio's own files are in centimetres, and say which calibration they are of.
+  if (root.is_object() && root.find("calibDataSource")) calibration.metres_per_unit = 0.01;
   require_cameras(calibration, file);
   return calibration;
 }
