@@ -282,7 +282,9 @@ def test_calibrations(clip, tmp_path):
     panoptic = tmp_path / "calibration.json"
     pose = {"R": np.eye(3).tolist(), "t": [[0], [0], [300]]}
     panoptic.write_text(
-        json.dumps({"cameras": [{"name": "00_01", "resolution": [640, 480], "K": k, **pose}]})
+        json.dumps(
+            {"calibDataSource": "a", "cameras": [{"name": "00_01", "resolution": [640, 480], "K": k, **pose}]}
+        )
     )
     read = read_calibration(panoptic)
     assert read.format == "panoptic" and read.unit_known
