@@ -294,7 +294,7 @@ TEST_CASE("3001: header and reserved bytes") {
 
 TEST_CASE("3002: unknown profiles and attributes") {
   auto payload = encoded(*canonical(tetrahedron()), FVV_MESH_RAW, 0);
-  for (const uint8_t profile : {3, 5, 255}) {
+  for (const uint8_t profile : {3, 6, 255}) {
     payload[0] = profile;
     check_issue(payload, 3002, FVV_ERROR_UNSUPPORTED);
   }

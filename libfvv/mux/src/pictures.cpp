@@ -252,6 +252,7 @@ std::shared_ptr<void> EncoderRoom::reserve(uint64_t bytes) {
   while (used && used + bytes > threads * bytes_per_thread)
     if (!load_any(lock)) changed.wait(lock);
   used += bytes;
+  lock.unlock(); // without memory for what is returned its deleter is called here
   return {this, [bytes](EncoderRoom *room) {
             const std::lock_guard<std::mutex> held(room->mutex);
             room->used -= bytes;

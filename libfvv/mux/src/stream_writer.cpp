@@ -254,11 +254,12 @@ void StreamWriter::write_configuration() {
               record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
                 return fvv_texturing_encode(&*texturing, out, size, written, d);
               }));
-  const nlohmann::ordered_json metadata = {
-      {"generator", std::string("fvvmux ") + fvv_version()},
-      {"name", capture.name},
-      {"frame_numbers", {{"first", capture.frames.first}, {"step", capture.frames.step}}}};
-  const std::string text = metadata.dump();
+  // Not one object of nlohmann's: its destructor allocates, and ends the program where memory is short.
+  const auto quoted = [](const std::string &text) { return nlohmann::json(text).dump(); };
+  const std::string text = R"({"generator":)" + quoted(std::string("fvvmux ") + fvv_version()) +
+                           R"(,"name":)" + quoted(capture.name) + R"(,"frame_numbers":{"first":)" +
+                           std::to_string(capture.frames.first) + R"(,"step":)" +
+                           std::to_string(capture.frames.step) + "}}";
   configure(FVV_CHUNK_METADATA, 0, {text.begin(), text.end()});
 }
 
