@@ -11,7 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
-#include <set>
+#include <map>
 
 namespace fvv::scene {
 
@@ -130,7 +130,9 @@ public:
 
   // After read().
   ObjMaterials materials() const {
-    ObjMaterials out = read_materials(name, libraries, {used_materials.begin(), used_materials.end()});
+    std::vector<std::string_view> used = materials_in_order;
+    std::sort(used.begin(), used.end());
+    ObjMaterials out = read_materials(name, libraries, used);
     if (out.picture && !has_pairs) {
       out.missing.push_back("its faces have no texture coordinates");
       out.picture.reset();
@@ -402,11 +404,12 @@ private:
       fail("more than the allowed " + std::to_string(limits.max_faces) + " triangles");
     if (corners.size() > 3) polygons.push_back({mesh.face_count(), uint32_t(corners.size())});
     append_fan(mesh, corners, report);
-    if (!is_used && used_materials.insert(material).second) materials_in_order.push_back(material);
+    if (!is_used) {
+      const auto [place, is_new] = material_numbers.emplace(material, uint32_t(materials_in_order.size()));
+      if (is_new) materials_in_order.push_back(material);
+      material_index = place->second;
+    }
     if (allows_bare || wants_colours) {
-      if (!is_used)
-        material_index = uint32_t(std::find(materials_in_order.begin(), materials_in_order.end(), material) -
-                                  materials_in_order.begin());
       if (is_bare) bare_faces.push_back({face_materials.size(), mesh.face_count()});
       face_materials.resize(mesh.face_count(), material_index);
     }
@@ -428,7 +431,7 @@ private:
   std::string_view material;
   bool is_used = false; // by a face
   std::vector<std::string_view> libraries;
-  std::set<std::string_view> used_materials;
+  std::map<std::string_view, uint32_t> material_numbers; // in materials_in_order
   std::vector<std::string_view> materials_in_order;
   // With unlike pictures: of each face; faces, from and to, with a corner without texture coordinates.
   std::vector<uint32_t> face_materials;
