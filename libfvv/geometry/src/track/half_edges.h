@@ -19,15 +19,8 @@ struct Border {
 // Half-edge 3 f + k goes from corner k of face f to the next one.
 class HalfEdges {
 public:
-  static constexpr uint32_t none = UINT32_MAX;
-
   // faces is borrowed.
   explicit HalfEdges(const Triangles &faces);
-
-  // The half-edge in the other direction; none at a border, and where more than two faces share an edge or
-  // two have it in the same direction.
-  uint32_t opposite(uint32_t half_edge) const { return others[half_edge]; }
-  uint32_t begin(uint32_t half_edge) const { return faces[half_edge / 3][half_edge % 3]; }
 
   // The borders between the faces that are in and the others; faces that are in lie left of them. A vertex
   // that two borders touch is in both.
@@ -37,6 +30,9 @@ public:
   void fill(std::vector<uint8_t> &in, size_t least) const;
 
 private:
+  static constexpr uint32_t none = UINT32_MAX;
+
+  uint32_t begin(uint32_t half_edge) const { return faces[half_edge / 3][half_edge % 3]; }
   static uint32_t next(uint32_t half_edge) { return half_edge / 3 * 3 + (half_edge % 3 + 1) % 3; }
   bool is_border(uint32_t half_edge, const std::vector<uint8_t> &in) const {
     return in[half_edge / 3] && others[half_edge] != none && !in[others[half_edge] / 3];
@@ -46,6 +42,8 @@ private:
   uint32_t after(uint32_t half_edge, const std::vector<uint8_t> &in) const;
 
   const Triangles &faces;
+  // The half-edge in the other direction of each; none at a border, and where more than two faces share an
+  // edge or two have it in the same direction.
   std::vector<uint32_t> others;
 };
 

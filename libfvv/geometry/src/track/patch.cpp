@@ -152,9 +152,13 @@ std::vector<uint8_t> Patcher::failing(double limit) const {
     if (off[f] > limit)
       for (const uint32_t v : body.faces[f]) touched[v] = true;
   std::vector<uint8_t> out(off.size());
-  for (size_t f = 0; f < out.size(); f++)
-    for (const uint32_t v : body.faces[f]) out[f] |= uint8_t(touched[v]);
+  add_faces_of(touched, out);
   return out;
+}
+
+void Patcher::add_faces_of(const std::vector<bool> &vertices, std::vector<uint8_t> &faces) const {
+  for (size_t f = 0; f < faces.size(); f++)
+    for (const uint32_t v : body.faces[f]) faces[f] |= uint8_t(vertices[v]);
 }
 
 bool Patcher::is_small(const std::vector<uint8_t> &faces) const {
@@ -207,8 +211,7 @@ bool Patcher::grow(double limit, Joint &joint) const {
   }
   if (all) return false;
   const auto count = std::count(joint.absent.begin(), joint.absent.end(), 1);
-  for (size_t f = 0; f < joint.absent.size(); f++)
-    for (const uint32_t v : body.faces[f]) joint.absent[f] |= uint8_t(touched[v]);
+  add_faces_of(touched, joint.absent);
   if (std::count(joint.absent.begin(), joint.absent.end(), 1) > count) return true;
   // An island of the substitute that is on a part of the body elsewhere.
   for (size_t k = 0; k < joint.rims.size(); k++)
@@ -234,28 +237,28 @@ std::optional<Patch> Patcher::make(double limit, const std::vector<uint8_t> &als
 }
 
 std::vector<uint8_t> Patcher::widened(const Patch &patch, const decimate::Outliers &beyond) const {
-  std::vector<uint32_t> at; // vertices of the body
+  std::vector<bool> touched(points.size());
+  const auto touch = [&](uint32_t face) {
+    for (const uint32_t v : body.faces[face]) touched[v] = true;
+  };
   std::vector<uint32_t> remaining;
   for (uint32_t f = 0; f < patch.absent.size(); f++)
     if (!patch.absent[f]) remaining.push_back(f);
   for (const uint32_t f : beyond.faces)
     if (f < remaining.size())
-      at.insert(at.end(), body.faces[remaining[f]].begin(), body.faces[remaining[f]].end());
+      touch(remaining[f]);
     else
       for (size_t k = 0; k < 3; k++)
         if (const uint32_t v = patch.joins[patch.mesh.faces[3 * (f - remaining.size()) + k]]; v != none)
-          at.push_back(v);
+          touched[v] = true;
   render::ClosestPoint hit;
   for (const uint32_t v : beyond.vertices) {
     const double *p = &source.mesh().positions[3 * size_t(v)];
     hit = finder.nearest({p[0], p[1], p[2]}, hit.face);
-    at.insert(at.end(), body.faces[hit.face].begin(), body.faces[hit.face].end());
+    touch(hit.face);
   }
-  std::vector<bool> touched(points.size());
-  for (const uint32_t v : at) touched[v] = true;
   std::vector<uint8_t> out = patch.absent;
-  for (size_t f = 0; f < out.size(); f++)
-    for (const uint32_t v : body.faces[f]) out[f] |= uint8_t(touched[v]);
+  add_faces_of(touched, out);
   return out;
 }
 

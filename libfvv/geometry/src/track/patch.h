@@ -28,6 +28,8 @@ public:
 private:
   struct Joint; // the parts that are left out and put in
   std::vector<uint8_t> failing(double limit) const;
+  // Adds the body's faces that have one of these vertices.
+  void add_faces_of(const std::vector<bool> &vertices, std::vector<uint8_t> &faces) const;
   bool is_small(const std::vector<uint8_t> &faces) const;
   void find_borders(double limit, Joint &joint) const;
   bool grow(double limit, Joint &joint) const;
