@@ -132,7 +132,7 @@ TEST_CASE("the inset that is found of a scene of another scale is that times the
   const double scale = std::ldexp(1, -10);
   const Shape shape = balls(), other = times(shape, scale);
   const auto found = [](const Shape &of, const Sources &sources) {
-    InsetFrame frame = {of.mesh(), {}};
+    HeldOutFrame frame = {of.mesh(), {}};
     for (const SourceView &view : sources.views) frame.views.push_back({view, nullptr});
     ViewOptions options;
     options.visibility = Visibility::rays;

@@ -22,8 +22,8 @@ struct Scene {
     shape.square(1, -outside);
     for (const Vec3 eye : eyes) sources.film(looking(eye, {}, 320, 240, 420), bands);
   }
-  InsetFrame frame() const {
-    InsetFrame out = {shape.mesh(), {}};
+  HeldOutFrame frame() const {
+    HeldOutFrame out = {shape.mesh(), {}};
     for (const SourceView &view : sources.views) out.views.push_back({view});
     return out;
   }
@@ -131,8 +131,8 @@ TEST_CASE("a mesh that is right has no inset, nor has one that no two cameras sh
 TEST_CASE("pixels beside the mask are not compared") {
   const Scene scene(0.01, around);
   std::deque<std::vector<uint8_t>> masks;
-  InsetFrame frame = scene.frame();
-  for (InsetView &view : frame.views) {
+  HeldOutFrame frame = scene.frame();
+  for (HeldOutView &view : frame.views) {
     std::vector<uint8_t> &mask = masks.emplace_back(320 * 240, 255);
     for (size_t i = 0; i < mask.size(); i++) mask[i] = i % 320 < 160 ? 127 : 128;
     view.mask = mask.data();
@@ -149,7 +149,7 @@ TEST_CASE("a picture of a few pixels, or a single row, has an inset of none") {
     Sources small;
     for (const Vec3 eye : {Vec3{0, 0, -4}, Vec3{1, 0, -4}})
       small.film(looking(eye, {}, width, height, width), bands);
-    InsetFrame frame = {scene.shape.mesh(), {}};
+    HeldOutFrame frame = {scene.shape.mesh(), {}};
     for (const SourceView &view : small.views) frame.views.push_back({view});
     CHECK(find_texture_inset({frame}, {}).inset == 0);
   }

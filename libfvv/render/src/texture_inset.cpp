@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <map>
 #include <numeric>
 
@@ -13,105 +12,20 @@ namespace fvv::render {
 namespace {
 
 constexpr double smallest_inset = 1.0 / 2000; // of the mesh's longest side
-constexpr size_t most_pixels = 4000;          // of a view, about
 
-// Odd, so that centres of pixels meet, and no longer than a side.
-uint32_t stride_of(const fvv_camera &camera) {
-  const double pixels = double(camera.width) * camera.height;
-  const double stride =
-      std::min({std::sqrt(pixels / most_pixels), double(camera.width), double(camera.height)});
-  return 2 * uint32_t((stride - 1) / 2 + 0.25) + 1;
-}
-
-// A camera with a picture whose pixel (x, y) has its centre on the centre of the middle one of the source's
-// stride x stride pixels.
-fvv_camera thinned(const fvv_camera &source, uint32_t stride) {
-  fvv_camera camera = source;
-  camera.width = source.width / stride;
-  camera.height = source.height / stride;
-  camera.fx /= stride;
-  camera.skew /= stride;
-  camera.cx /= stride;
-  camera.fy /= stride;
-  camera.cy /= stride;
-  return camera;
-}
-
-// A camera that is drawn from the others of its frame.
-class HeldOutView {
-public:
-  HeldOutView(const InsetView &given, uint32_t index, const ViewRenderer &renderer)
-      : view(given.source), place(index), frame(renderer), stride(stride_of(view.camera)),
-        camera(thinned(view.camera, stride)) {
-    const ViewPicture picture = frame.render(camera, place, 0);
-    for (uint32_t y = 0; y < camera.height; y++)
-      for (uint32_t x = 0; x < camera.width; x++) {
-        const size_t at = size_t(y) * camera.width + x;
-        if (picture.contributions[at * picture.best].source == no_source) continue;
-        if (!given.mask || given.mask[source_pixel(at)] > 127) compared.push_back(at);
-      }
-  }
-
-  size_t pixels() const { return compared.size(); }
-
-  // The sum of squared differences of display values, 0 to 1.
-  double squares(double inset) const {
-    const ViewPicture picture = frame.render(camera, place, inset);
-    double sum = 0;
-    for (const size_t at : compared) {
-      const size_t source = 3 * source_pixel(at);
-      for (size_t k = 0; k < 3; k++) {
-        const double truth =
-            view.wide_pixels ? double(view.wide_pixels[source + k]) : view.pixels[source + k] / 65535.0;
-        const double difference = double(picture.rgb[3 * at + k]) - truth;
-        sum += difference * difference;
-      }
-    }
-    return sum;
-  }
-
-private:
-  size_t source_pixel(size_t at) const {
-    const size_t x = at % camera.width * stride + stride / 2, y = at / camera.width * stride + stride / 2;
-    return y * view.camera.width + x;
-  }
-
-  const SourceView view;
-  const uint32_t place;
-  const ViewRenderer &frame;
-  const uint32_t stride;
-  const fvv_camera camera;
-  std::vector<size_t> compared; // pixels of camera, which some other camera shows
-};
-
-// All targets of all frames, for one inset after the other.
+// One inset after the other.
 class Comparison {
 public:
-  Comparison(const std::vector<InsetFrame> &frames, ViewOptions options) {
-    options.samples = 1;
-    options.environment = nullptr;
-    options.keep_visibility = false;
-    for (const InsetFrame &frame : frames) {
-      std::vector<SourceView> sources;
-      for (const InsetView &view : frame.views) sources.push_back(view.source);
-      renderers.push_back(
-          std::make_unique<const ViewRenderer>(frame.mesh, std::vector<Vec3>(), std::move(sources), options));
-      for (uint32_t i = 0; i < frame.views.size(); i++)
-        targets.emplace_back(frame.views[i], i, *renderers.back());
-    }
-  }
+  Comparison(const std::vector<HeldOutFrame> &frames, const ViewOptions &options)
+      : drawn(frames, options), measure(frames, drawn) {}
 
-  size_t pixels() const {
-    size_t sum = 0;
-    for (const HeldOutView &target : targets) sum += target.pixels();
-    return sum;
-  }
+  size_t pixels() const { return measure.pixels(); }
 
-  // Of each target.
+  // Of each camera the sum of squared differences.
   const std::vector<double> &squares(double inset) {
     std::vector<double> &out = known[inset];
     if (out.empty())
-      for (const HeldOutView &target : targets) out.push_back(target.squares(inset));
+      for (const ViewScore &score : measure.held_out(drawn, inset, false)) out.push_back(score.squares);
     return out;
   }
 
@@ -128,8 +42,8 @@ private:
     return std::accumulate(values.begin(), values.end(), 0.0);
   }
 
-  std::vector<std::unique_ptr<const ViewRenderer>> renderers;
-  std::deque<HeldOutView> targets;
+  const DrawnFrames drawn;
+  const ViewMeasure measure;
   std::map<double, std::vector<double>> known;
 };
 
@@ -143,10 +57,10 @@ double vertex_of(const double (&at)[3], const double (&value)[3]) {
 
 } // namespace
 
-TextureInset find_texture_inset(const std::vector<InsetFrame> &frames, const ViewOptions &options) {
+TextureInset find_texture_inset(const std::vector<HeldOutFrame> &frames, const ViewOptions &options) {
   TextureInset out;
   double side = 0;
-  for (const InsetFrame &frame : frames) side = std::max(side, longest_side(frame.mesh));
+  for (const HeldOutFrame &frame : frames) side = std::max(side, longest_side(frame.mesh));
   Comparison compare(frames, options);
   out.pixels = compare.pixels();
   if (!(side > 0) || out.pixels < least_compared) return out;

@@ -510,8 +510,8 @@ struct CutFrame {
   std::vector<uint32_t> faces;
   std::vector<CutView> views;
 
-  render::InsetFrame frame() const {
-    render::InsetFrame out = {{positions.data(), positions.size() / 3, faces.data(), faces.size() / 3}, {}};
+  render::HeldOutFrame frame() const {
+    render::HeldOutFrame out = {{positions.data(), positions.size() / 3, faces.data(), faces.size() / 3}, {}};
     for (const CutView &view : views)
       if (!view.picture.pixels.empty())
         out.views.push_back({{view.camera, view.picture.pixels.data()},

@@ -2,22 +2,9 @@
 // body that it was made from, and cameras on two sides of a detail show it at two places of the hull.
 #pragma once
 
-#include "fvv_render/view.h"
+#include "fvv_render/held_out.h"
 
 namespace fvv::render {
-
-// A camera's picture; all is borrowed. mask: a byte a pixel, above 127 where it shows the scene; NULL:
-// everywhere.
-struct InsetView {
-  SourceView source;
-  const uint8_t *mask = nullptr;
-};
-
-// positions and faces borrowed, in the unit of the cameras.
-struct InsetFrame {
-  Mesh mesh;
-  std::vector<InsetView> views;
-};
 
 struct TextureInset {
   double inset = 0; // for ViewOptions; 0: none is better by least_gain
@@ -37,6 +24,6 @@ constexpr double largest_inset = 0.032; // of the mesh's longest side
 // minimum of the parabola through the best three.
 // options: how players blend; its inset is not used. frames may lack cameras. The same result for every
 // executor. Throws what ViewRenderer throws.
-TextureInset find_texture_inset(const std::vector<InsetFrame> &frames, const ViewOptions &options);
+TextureInset find_texture_inset(const std::vector<HeldOutFrame> &frames, const ViewOptions &options);
 
 } // namespace fvv::render
