@@ -126,7 +126,7 @@ const Mesh ball = shapes::sphere(0.5, 5);
 
 } // namespace
 
-TEST_CASE("an octree finds the same hull as a dense grid") {
+TEST_CASE("an octree finds the same hull as a dense grid", "[long]") {
   // A ball and one beside it, in pictures that show a part of the scene.
   const Mesh scene = joined(ball, moved(shapes::sphere(0.2, 4), {0.7, 0.3, 0}));
   const std::vector<Silhouette> views = silhouettes(ring(9, 2.2, 128), scene);

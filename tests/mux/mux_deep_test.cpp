@@ -76,7 +76,7 @@ TEST_CASE("10 bits keep what pictures of 16 bits have between the codes of 8") {
   }
 }
 
-TEST_CASE("a target PSNR is reached and verified with 10 bits as with 8") {
+TEST_CASE("a target PSNR is reached and verified with 10 bits as with 8", "[long]") {
   const Folder folder;
   Shape shape;
   shape.masks = true;

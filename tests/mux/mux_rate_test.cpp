@@ -35,7 +35,7 @@ double rate_in(const std::string &path) {
 
 } // namespace
 
-TEST_CASE("a bit rate is kept over a clip by every codec, and reported", "[slow]") {
+TEST_CASE("a bit rate is kept over a clip by every codec, and reported", "[slow][long]") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
   for (const media::VideoCodec &codec : display_codecs()) {

@@ -135,7 +135,7 @@ TEST_CASE("within a frame the mesh comes first, and every group begins with key 
   CHECK(configurations.size() == 3); // one before each group
 }
 
-TEST_CASE("the bytes do not depend on the number of threads") {
+TEST_CASE("the bytes do not depend on the number of threads", "[long]") {
   const Folder folder;
   Shape shape;
   shape.count = 9;

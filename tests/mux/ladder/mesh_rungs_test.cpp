@@ -144,7 +144,7 @@ TEST_CASE("a rung is whole before the better ones begin") {
 }
 
 TEST_CASE("the first rung has the meshes of the stream without a ladder, and threads change nothing",
-          "[slow]") {
+          "[slow][long]") {
   const Folder folder;
   FileOptions options = dense(folder, true);
   mux_file(options);
