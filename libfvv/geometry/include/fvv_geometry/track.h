@@ -37,14 +37,18 @@ struct Settings {
   std::function<void()> check_cancelled = {};
 };
 
-// A mesh that replaces some faces of a run's mesh in one frame. Closed where that was: each edge of the faces
-// that remain which had one of these at its other side has one of the patch. The first frame of a run has
-// none.
+// A mesh that replaces some faces of a run's mesh from one frame on. Closed where that was: each edge of the
+// faces that remain which had one of these at its other side has one of the patch. The first frame of a run
+// has none.
 struct Patch {
   std::vector<uint8_t> absent; // of each face of the frame's mesh: 1 where it is left out
   geometry::Mesh mesh;         // not yet rounded
   // Of each vertex of the patch that of the frame's mesh at whose place it is; UINT32_MAX: it has its own.
   std::vector<uint32_t> joins;
+  // The surface with the patch, one vertex in a place, and of each vertex of patched() that of here;
+  // UINT32_MAX: no face uses it. Frames that follow move this mesh, up to the next patch.
+  geometry::Mesh next;
+  std::vector<uint32_t> next_of;
 };
 
 struct Frame {
@@ -53,10 +57,11 @@ struct Frame {
   decimate::Report report; // against the frame's source, with the patch
 };
 
-// The frame's surface: what remains of its mesh, then the patch.
+// The frame's surface, and vertices that no face uses: what remains of its mesh, then the patch.
 geometry::Mesh patched(const geometry::Mesh &mesh, const Patch &patch);
 
-// Frames first to first + frames.size() - 1, whose meshes have the same faces.
+// Frames first to first + frames.size() - 1, whose meshes have the faces of the frame before; after one with
+// a patch those of its Patch::next.
 struct Run {
   size_t first = 0;
   size_t key = 0; // the frame whose decimated mesh is followed

@@ -16,10 +16,11 @@ struct Stage {
 };
 constexpr Stage coarse_stages[] = {{150, 4}, {110, 2}, {80, 1}, {60, 0.5}, {45, 0.5}};
 constexpr Stage fine_stages[] = {{40, 0.5}, {28, 0.2}, {20, 0.1}, {20, 0.1}, {20, 0.1}};
-constexpr int offset_solves = 3;
-constexpr double offset_reach = 25, offset_memory = 0.005;
+constexpr int offset_solves = 5;
+// A little of the way to the point itself, so that borders stay where they are.
+constexpr double offset_reach = 25, offset_memory = 0.005, offset_to_point = 0.03;
 // Hulls are other ones in each frame: what they do beyond the motion is mostly noise.
-constexpr double offset_smoothness = 0.05, offset_smoothness_of_hulls = 0.5;
+constexpr double offset_smoothness = 0.01, offset_smoothness_of_hulls = 0.1;
 // Of the vertices, against the points of the target: a surface of chords fits best where its vertices lie
 // outside of a convex one.
 constexpr double vertex_weight = 0.1;
@@ -34,13 +35,10 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-std::vector<std::pair<uint32_t, uint32_t>> second_ring(const RunMesh &mesh) {
+std::vector<std::pair<uint32_t, uint32_t>> first_ring(const RunMesh &mesh) {
   std::vector<std::pair<uint32_t, uint32_t>> pairs;
   for (uint32_t v = 0; v < mesh.points.size(); v++)
-    for (size_t i = mesh.first[v]; i < mesh.first[v + 1]; i++) {
-      pairs.emplace_back(v, mesh.neighbours[i]);
-      for (size_t j = mesh.first[v]; j < i; j++) pairs.emplace_back(mesh.neighbours[j], mesh.neighbours[i]);
-    }
+    for (size_t i = mesh.first[v]; i < mesh.first[v + 1]; i++) pairs.emplace_back(v, mesh.neighbours[i]);
   return pairs;
 }
 
@@ -63,74 +61,136 @@ Follower::Follower(const geometry::Mesh &key, bool hulls, std::function<void()> 
       coarse(body, coarse_spacing * unit), fine(body, fine_spacing * unit),
       coarse_system(coarse.vertices.size(), 6, Deformation::pairs(coarse)),
       fine_system(fine.vertices.size(), 6, Deformation::pairs(fine)),
-      offset_system(body.points.size(), 1, second_ring(body)), shape(fine, body.points),
+      offset_system(body.points.size(), 3, first_ring(body)), shape(fine, body.points),
       check_cancelled(std::move(check)) {}
 
 Posture Follower::start() const {
-  return {shape.still(), std::vector<double>(body.points.size()), body.points};
+  return {shape.still(), std::vector<Vec3>(body.points.size()), body.points};
 }
 
-std::vector<Vec3> Follower::points_of(const Pose &pose, const std::vector<double> &offsets) const {
+std::vector<Vec3> Follower::points_of(const Pose &pose, const std::vector<Vec3> &offsets) const {
   std::vector<Vec3> points = shape.apply(pose);
-  const std::vector<Vec3> normals = body.normals(points);
-  for (size_t v = 0; v < points.size(); v++) points[v] += normals[v] * offsets[v];
+  for (uint32_t v = 0; v < points.size(); v++) points[v] += shape.rotation(pose, v) * offsets[v];
   return points;
 }
 
 // The motion goes on as it was.
-Pose Follower::extrapolated(const Posture &last, const Posture &before) const {
-  Pose out = last.pose;
+Pose Follower::extrapolated(const Pose &last, const Pose &before) {
+  Pose out = last;
   for (size_t k = 0; k < out.places.size(); k++) {
-    const Mat3 turn = last.pose.rotations[k] * transposed(before.pose.rotations[k]);
-    out.rotations[k] = turn * last.pose.rotations[k];
-    out.places[k] += last.pose.places[k] - before.pose.places[k];
+    const Mat3 turn = last.rotations[k] * transposed(before.rotations[k]);
+    out.rotations[k] = turn * last.rotations[k];
+    out.places[k] += last.places[k] - before.places[k];
   }
   return out;
 }
 
-// From the vertices to the target, and from every stride-th vertex of the target.
-std::vector<Correspondence> Follower::correspondences(const std::vector<Vec3> &points, const Target &target,
-                                                      double reach, size_t stride) const {
+Pose Follower::before_start(const Follower &other, const Posture &last, const Posture &before,
+                            const std::vector<uint32_t> &like) const {
+  const auto nearest_like = [&](uint32_t v) {
+    uint32_t best = v;
+    double least = INFINITY;
+    for (uint32_t w = 0; w < like.size(); w++) {
+      const Vec3 between = body.points[w] - body.points[v];
+      if (like[w] == UINT32_MAX || !(dot(between, between) < least)) continue;
+      least = dot(between, between);
+      best = w;
+    }
+    return best;
+  };
+  Pose out = shape.still();
+  for (size_t k = 0; k < fine.vertices.size(); k++) {
+    const uint32_t v = fine.vertices[k], w = like[v] == UINT32_MAX ? like[nearest_like(v)] : like[v];
+    if (w == UINT32_MAX) continue; // nothing is left of the other
+    const Mat3 back = other.shape.rotation(before.pose, w) * transposed(other.shape.rotation(last.pose, w));
+    out.rotations[k] = back;
+    out.places[k] = before.points[w] + back * (out.places[k] - last.points[w]);
+  }
+  return out;
+}
+
+namespace {
+
+// Of places on a mesh, with the normals of its vertices.
+Vec3 mean_normal(const std::array<uint32_t, 3> &corners, const std::array<double, 3> &barycentric,
+                 const std::vector<Vec3> &normals) {
+  Vec3 out;
+  for (size_t k = 0; k < 3; k++) out += normals[corners[k]] * barycentric[k];
+  return normalised(out);
+}
+
+// Places of a mesh and points of a target that may be the same.
+class Pairs {
+public:
+  Pairs(double furthest, const Target &of) : reach(furthest), target(of) {}
+
+  // The point of the target that is nearest to a place. weight: of it.
+  void add_nearest(const std::array<uint32_t, 3> &corners, const std::array<double, 3> &barycentric,
+                   Vec3 place, Vec3 normal, double weight) {
+    const render::ClosestPoint hit = target.finder.nearest(place, normal, guess);
+    if (hit.face == UINT32_MAX) return;
+    guess = hit.face;
+    const Vec3 there = mean_normal(target.mesh.faces[hit.face], hit.barycentric, target.normals);
+    add({corners, barycentric, place, hit.point, there, weight}, normal, hit.squared);
+  }
+
+  void add(const Correspondence &pair, Vec3 normal, double squared) {
+    const double cosine = dot(normal, pair.normal), distance = std::sqrt(squared);
+    if (!(cosine > least_agreement) || !(distance < reach) || !(pair.weight > 0)) return;
+    out.push_back(pair);
+    out.back().weight *= cosine;
+    distances.push_back(distance);
+  }
+
+  // Weighted as Geman and McClure do. By the median alone fast limbs would be outliers and stay behind.
+  std::vector<Correspondence> weighted() {
+    const double scale = std::max(3 * median_of(distances), reach / 4);
+    for (size_t i = 0; i < out.size(); i++) {
+      const double ratio = scale * scale / (scale * scale + distances[i] * distances[i]);
+      out[i].weight *= ratio * ratio;
+    }
+    return std::move(out);
+  }
+
+private:
+  const double reach;
+  const Target &target;
+  uint32_t guess = UINT32_MAX;
   std::vector<Correspondence> out;
   std::vector<double> distances;
-  const auto add = [&](const Correspondence &c, Vec3 normal, double squared, double weight) {
-    const double cosine = dot(normal, c.normal), distance = std::sqrt(squared);
-    if (!(cosine > least_agreement) || !(distance < reach) || !(weight > 0)) return;
-    out.push_back(c);
-    out.back().weight = weight * cosine;
-    distances.push_back(distance);
-  };
+};
+
+} // namespace
+
+// From the mesh to the target, and from every stride-th vertex of the target.
+std::vector<Correspondence> Follower::correspondences(const std::vector<Vec3> &points, const Target &target,
+                                                      double reach, size_t stride, Places places) const {
+  Pairs pairs(reach, target);
   const std::vector<Vec3> normals = body.normals(points);
-  uint32_t guess = UINT32_MAX;
-  for (uint32_t v = 0; v < points.size(); v++) {
-    const render::ClosestPoint hit = target.finder.nearest(points[v], normals[v], guess);
-    if (hit.face == UINT32_MAX) continue;
-    guess = hit.face;
-    const auto &corners = target.mesh.faces[hit.face];
-    Vec3 normal;
-    for (size_t k = 0; k < 3; k++) normal += target.normals[corners[k]] * hit.barycentric[k];
-    add({{v, v, v}, {1, 0, 0}, points[v], hit.point, normalised(normal), 0}, normals[v], hit.squared,
-        vertex_weight * body.areas[v] / body.area);
+  for (uint32_t v = 0; places == Places::vertices && v < points.size(); v++)
+    pairs.add_nearest({v, v, v}, {1, 0, 0}, points[v], normals[v], vertex_weight * body.areas[v] / body.area);
+  for (size_t f = 0; places == Places::faces && f < body.faces.size(); f++) {
+    const auto &[a, b, c] = body.faces[f];
+    const double area = length(cross(points[b] - points[a], points[c] - points[a])) / 2;
+    for (size_t k = 0; k < 3; k++) {
+      std::array<double, 3> at = {1.0 / 6, 1.0 / 6, 1.0 / 6};
+      at[k] = 2.0 / 3;
+      pairs.add_nearest(body.faces[f], at, points[a] * at[0] + points[b] * at[1] + points[c] * at[2],
+                        mean_normal(body.faces[f], at, normals), area / 3 / body.area);
+    }
   }
   const FacingFinder finder(body.triangles(points));
+  uint32_t guess = UINT32_MAX;
   for (size_t i = 0; i < target.order.size(); i += stride) {
     const uint32_t v = target.order[i];
     const render::ClosestPoint hit = finder.nearest(target.mesh.points[v], target.normals[v], guess);
     if (hit.face == UINT32_MAX) continue;
     guess = hit.face;
-    const auto &corners = body.faces[hit.face];
-    Vec3 normal;
-    for (size_t k = 0; k < 3; k++) normal += normals[corners[k]] * hit.barycentric[k];
-    add({corners, hit.barycentric, hit.point, target.mesh.points[v], target.normals[v], 0},
-        normalised(normal), hit.squared, double(stride) * target.mesh.areas[v] / target.mesh.area);
+    pairs.add({body.faces[hit.face], hit.barycentric, hit.point, target.mesh.points[v], target.normals[v],
+               double(stride) * target.mesh.areas[v] / target.mesh.area},
+              mean_normal(body.faces[hit.face], hit.barycentric, normals), hit.squared);
   }
-  // Geman and McClure. By the median alone fast limbs would be outliers and stay behind.
-  const double scale = std::max(3 * median_of(distances), reach / 4);
-  for (size_t i = 0; i < out.size(); i++) {
-    const double ratio = scale * scale / (scale * scale + distances[i] * distances[i]);
-    out[i].weight *= ratio * ratio;
-  }
-  return out;
+  return pairs.weighted();
 }
 
 // By coarse nodes, from the shape that the mesh has now.
@@ -141,7 +201,8 @@ bool Follower::move_coarse(const Target &target, Posture &posture) {
   std::vector<Vec3> points = posture.points;
   for (const Stage &stage : coarse_stages) {
     check_cancelled();
-    if (!change.step(coarse_system, correspondences(points, target, stage.reach * unit, stride),
+    if (!change.step(coarse_system,
+                     correspondences(points, target, stage.reach * unit, stride, Places::vertices),
                      stage.rigidity, pose))
       return false;
     points = change.apply(pose);
@@ -162,7 +223,8 @@ bool Follower::move_coarse(const Target &target, Posture &posture) {
 bool Follower::move_fine(const Target &target, Posture &posture) {
   for (const Stage &stage : fine_stages) {
     check_cancelled();
-    if (!shape.step(fine_system, correspondences(posture.points, target, stage.reach * unit, 1),
+    if (!shape.step(fine_system,
+                    correspondences(posture.points, target, stage.reach * unit, 1, Places::vertices),
                     stage.rigidity, posture.pose))
       return false;
     posture.points = points_of(posture.pose, posture.offsets);
@@ -170,65 +232,70 @@ bool Follower::move_fine(const Target &target, Posture &posture) {
   return true;
 }
 
-// Along the normals, by what remains; smooth against the offsets of the frame before.
-bool Follower::move_offsets(const Target &target, const std::vector<double> &last, Posture &posture) {
-  const std::vector<Vec3> base = shape.apply(posture.pose), normals = body.normals(base);
-  const size_t count = base.size();
+// Each vertex by itself, by what remains. That neighbours go the same way keeps vertices apart.
+bool Follower::move_offsets(const Target &target, Posture &posture) {
+  const size_t count = body.points.size();
   for (int solve = 0; solve < offset_solves; solve++) {
     check_cancelled();
-    const std::vector<Correspondence> found = correspondences(posture.points, target, offset_reach * unit, 1);
-    SparseSystem &system = offset_system;
-    system.clear();
-    std::vector<double> &right = system.right();
-    for (const Correspondence &c : found) {
-      double along[3];
-      Vec3 still; // where the point would be without offsets
-      for (size_t k = 0; k < 3; k++) {
-        along[k] = c.barycentric[k] * dot(normals[c.vertices[k]], c.normal);
-        still += base[c.vertices[k]] * c.barycentric[k];
-      }
-      const double wanted = dot(c.target - still, c.normal), weight = c.weight * double(count);
-      for (size_t i = 0; i < 3; i++) {
-        if (!(c.barycentric[i] > 0)) continue;
-        right[c.vertices[i]] += weight * along[i] * wanted;
-        for (size_t j = 0; j < 3; j++)
-          if (c.barycentric[j] > 0 && c.vertices[i] >= c.vertices[j])
-            *system.at(c.vertices[i], c.vertices[j]) += weight * along[i] * along[j];
-      }
-    }
-    // The Laplacian of what changes.
+    offset_system.clear();
+    for (const Correspondence &c :
+         correspondences(posture.points, target, offset_reach * unit, 1, Places::faces))
+      add_pull(c, double(count));
     for (uint32_t v = 0; v < count; v++) {
-      const size_t degree = body.first[v + 1] - body.first[v];
-      std::vector<std::pair<uint32_t, double>> row = {{v, 1.0}};
-      for (size_t i = body.first[v]; i < body.first[v + 1]; i++)
-        row.emplace_back(body.neighbours[i], -1.0 / double(degree));
-      double before = 0;
-      for (const auto &[w, value] : row) before += value * last[w];
-      for (const auto &[a, x] : row) {
-        right[a] += smoothness * x * before;
-        for (const auto &[b, y] : row)
-          if (a >= b) *system.at(a, b) += smoothness * x * y;
+      const double each = smoothness / double(body.first[v + 1] - body.first[v]);
+      for (size_t i = body.first[v]; i < body.first[v + 1]; i++) {
+        const uint32_t w = body.neighbours[i];
+        for (size_t axis = 0; axis < 3; axis++) {
+          offset_system.at(v, v)[4 * axis] += each;
+          offset_system.at(w, w)[4 * axis] += each;
+          offset_system.at(std::max(v, w), std::min(v, w))[4 * axis] -= each;
+        }
       }
-      *system.at(v, v) += offset_memory;
-      right[v] += offset_memory * last[v];
+      for (size_t axis = 0; axis < 3; axis++) offset_system.at(v, v)[4 * axis] += offset_memory;
     }
-    std::vector<double> offsets = system.solve();
-    if (offsets.empty() ||
-        !std::all_of(offsets.begin(), offsets.end(), [](double x) { return std::isfinite(x); }))
+    const std::vector<double> moves = offset_system.solve();
+    if (moves.empty() || !std::all_of(moves.begin(), moves.end(), [](double x) { return std::isfinite(x); }))
       return false;
-    posture.offsets = std::move(offsets);
-    posture.points = points_of(posture.pose, posture.offsets);
+    for (size_t v = 0; v < count; v++)
+      posture.points[v] += Vec3{moves[3 * v], moves[3 * v + 1], moves[3 * v + 2]};
   }
+  const std::vector<Vec3> base = shape.apply(posture.pose);
+  for (uint32_t v = 0; v < count; v++)
+    posture.offsets[v] = transposed(shape.rotation(posture.pose, v)) * (posture.points[v] - base[v]);
   return true;
 }
 
-std::optional<Posture> Follower::follow(const Posture &last, const Posture *before, const Target &target) {
+// Towards the target's plane.
+void Follower::add_pull(const Correspondence &c, double times) {
+  const Vec3 pull = c.target - c.point;
+  const double weight = times * c.weight, wanted = dot(pull, c.normal);
+  for (size_t i = 0; i < 3; i++) {
+    const uint32_t v = c.vertices[i];
+    if (!(c.barycentric[i] > 0)) continue;
+    for (int axis = 0; axis < 3; axis++)
+      offset_system.right()[3 * size_t(v) + size_t(axis)] +=
+          weight * c.barycentric[i] *
+          (axis_of(c.normal, axis) * wanted + offset_to_point * axis_of(pull, axis));
+    for (size_t j = 0; j < 3; j++) {
+      if (!(c.barycentric[j] > 0) || v < c.vertices[j]) continue;
+      double *to = offset_system.at(v, c.vertices[j]);
+      for (int column = 0; column < 3; column++)
+        for (int row = 0; row < 3; row++)
+          to[3 * column + row] +=
+              weight * c.barycentric[i] * c.barycentric[j] *
+              (axis_of(c.normal, row) * axis_of(c.normal, column) + (row == column ? offset_to_point : 0));
+    }
+  }
+}
+
+std::optional<Posture> Follower::follow(const Posture &last, const Pose *before, bool near,
+                                        const Target &target) {
   Posture next = last;
   if (before) {
-    next.pose = extrapolated(last, *before);
+    next.pose = extrapolated(last.pose, *before);
     next.points = points_of(next.pose, next.offsets);
   }
-  if (!move_coarse(target, next) || !move_fine(target, next) || !move_offsets(target, last.offsets, next))
+  if ((!near && !move_coarse(target, next)) || !move_fine(target, next) || !move_offsets(target, next))
     return {};
   return next;
 }

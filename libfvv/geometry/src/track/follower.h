@@ -21,8 +21,8 @@ struct Target {
 
 // The mesh of a run in one frame.
 struct Posture {
-  Pose pose;                   // of the fine nodes
-  std::vector<double> offsets; // of each vertex along its normal
+  Pose pose;                 // of the fine nodes
+  std::vector<Vec3> offsets; // of each vertex from where the pose has it, turned with it
   std::vector<Vec3> points;
 };
 
@@ -33,18 +33,25 @@ public:
 
   const RunMesh &mesh() const { return body; }
   Posture start() const;
-  // In the next frame. last: the posture now; before: in the frame before that; NULL: not known. Nothing
-  // where the equations have no solution.
-  std::optional<Posture> follow(const Posture &last, const Posture *before, const Target &target);
+  // In the next frame. last: the posture now; before: the pose in the frame before that; NULL: not known.
+  // near: nothing moves far against that. Nothing where the equations have no solution.
+  std::optional<Posture> follow(const Posture &last, const Pose *before, bool near, const Target &target);
+  // The pose before start(), of a mesh that goes on where another one has moved from before to last. like: of
+  // each vertex that of the other's mesh; UINT32_MAX: it moves as the vertex next to it that has one.
+  Pose before_start(const Follower &other, const Posture &last, const Posture &before,
+                    const std::vector<uint32_t> &like) const;
 
 private:
-  Pose extrapolated(const Posture &last, const Posture &before) const;
-  std::vector<Vec3> points_of(const Pose &pose, const std::vector<double> &offsets) const;
+  static Pose extrapolated(const Pose &last, const Pose &before);
+  std::vector<Vec3> points_of(const Pose &pose, const std::vector<Vec3> &offsets) const;
+  // Of the mesh, from which the nearest points of the target are looked for.
+  enum class Places { vertices, faces };
   std::vector<Correspondence> correspondences(const std::vector<Vec3> &points, const Target &target,
-                                              double reach, size_t stride) const;
+                                              double reach, size_t stride, Places places) const;
   bool move_coarse(const Target &target, Posture &posture);
   bool move_fine(const Target &target, Posture &posture);
-  bool move_offsets(const Target &target, const std::vector<double> &last, Posture &posture);
+  bool move_offsets(const Target &target, Posture &posture);
+  void add_pull(const Correspondence &correspondence, double times);
 
   RunMesh body;
   double unit, smoothness; // of offsets

@@ -54,6 +54,7 @@ std::vector<Border> HalfEdges::borders(const std::vector<uint8_t> &in) const {
     if (done[start]) continue;
     Border border;
     border.closed = begun[start];
+    border.face = start / 3;
     uint32_t h = start, last = start;
     for (; h != none && !done[h]; last = h, h = following[h]) {
       done[h] = true;
@@ -65,22 +66,30 @@ std::vector<Border> HalfEdges::borders(const std::vector<uint8_t> &in) const {
   return out;
 }
 
-void HalfEdges::fill(std::vector<uint8_t> &in, size_t least) const {
-  std::vector<bool> seen(in.size());
+std::vector<uint32_t> HalfEdges::parts(const std::vector<uint8_t> &in) const {
+  std::vector<uint32_t> out(in.size(), none), reached;
+  uint32_t count = 0;
   for (uint32_t start = 0; start < in.size(); start++) {
-    if (seen[start] || in[start]) continue;
-    std::vector<uint32_t> part = {start};
-    seen[start] = true;
-    for (size_t i = 0; i < part.size(); i++)
+    if (out[start] != none) continue;
+    reached.assign(1, start);
+    out[start] = count;
+    for (size_t i = 0; i < reached.size(); i++)
       for (uint32_t k = 0; k < 3; k++) {
-        const uint32_t other = others[3 * part[i] + k];
-        if (other == none || in[other / 3] || seen[other / 3]) continue;
-        seen[other / 3] = true;
-        part.push_back(other / 3);
+        const uint32_t other = others[3 * reached[i] + k];
+        if (other == none || in[other / 3] != in[start] || out[other / 3] != none) continue;
+        out[other / 3] = count;
+        reached.push_back(other / 3);
       }
-    if (part.size() < least)
-      for (const uint32_t f : part) in[f] = 1;
+    count++;
   }
+  return out;
+}
+
+void HalfEdges::fill(std::vector<uint8_t> &in, size_t least) const {
+  const std::vector<uint32_t> part = parts(in);
+  std::vector<size_t> faces(in.size());
+  for (const uint32_t p : part) faces[p]++;
+  for (size_t f = 0; f < in.size(); f++) in[f] |= uint8_t(faces[part[f]] < least && !in[f]);
 }
 
 } // namespace fvv::track

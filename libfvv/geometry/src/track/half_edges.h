@@ -14,6 +14,7 @@ using Triangles = std::vector<std::array<uint32_t, 3>>;
 struct Border {
   std::vector<uint32_t> vertices;
   bool closed = true; // false: it begins and ends at a border of the mesh itself
+  uint32_t face = 0;  // one that is in and lies at it
 };
 
 // Half-edge 3 f + k goes from corner k of face f to the next one.
@@ -25,6 +26,10 @@ public:
   // The borders between the faces that are in and the others; faces that are in lie left of them. A vertex
   // that two borders touch is in both.
   std::vector<Border> borders(const std::vector<uint8_t> &in) const;
+
+  // A number for each face, which those that are in have in common as far as edges connect them, and so have
+  // the others.
+  std::vector<uint32_t> parts(const std::vector<uint8_t> &in) const;
 
   // The other faces, where those of them that are connected by edges are fewer than least, become in.
   void fill(std::vector<uint8_t> &in, size_t least) const;

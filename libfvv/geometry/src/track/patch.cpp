@@ -112,6 +112,7 @@ void find_steps(Strip &strip, const std::vector<Vec3> &a_points, const std::vect
 struct Patcher::Joint {
   std::vector<uint8_t> absent, in; // of the faces of the body and of the substitute
   std::vector<bool> taken;         // vertices of the substitute whose faces are in, wherever they are
+  std::vector<bool> wanted;        // vertices of the substitute, whose parts are not dropped
   std::vector<Border> holes, rims; // of what remains of the body, of what is taken of the substitute
   std::vector<size_t> rim_of;      // of each hole
 };
@@ -188,8 +189,35 @@ void Patcher::find_borders(double limit, Joint &joint) const {
     for (const uint32_t v : substitute.faces[f])
       joint.in[f] &= uint8_t(joint.taken[v] || joint.absent[face_at(v, limit)]);
   substitute_edges.fill(joint.in, least_island);
+  pair_borders(joint);
+  if (drop_islands(joint)) pair_borders(joint);
+}
+
+void Patcher::pair_borders(Joint &joint) const {
   joint.rims = substitute_edges.borders(joint.in);
   joint.rim_of = pairs_of(joint.holes, points, joint.rims, substitute.points);
+}
+
+// Small parts of the substitute that no hole is for: they are on the run's mesh elsewhere. If the surface
+// lacks them it is beyond the budget there, and what is around them is left out.
+bool Patcher::drop_islands(Joint &joint) const {
+  const std::vector<uint32_t> part = substitute_edges.parts(joint.in);
+  std::vector<size_t> faces(part.size());
+  std::vector<bool> has_rim(part.size()), needed(part.size());
+  for (const uint32_t p : part) faces[p]++;
+  for (const Border &rim : joint.rims) has_rim[part[rim.face]] = true;
+  for (const size_t k : joint.rim_of)
+    if (k != SIZE_MAX) needed[part[joint.rims[k].face]] = true;
+  for (size_t f = 0; f < part.size() && !joint.wanted.empty(); f++)
+    for (const uint32_t v : substitute.faces[f])
+      if (joint.wanted[v]) needed[part[f]] = true;
+  bool any = false;
+  for (size_t f = 0; f < part.size(); f++)
+    if (joint.in[f] && has_rim[part[f]] && !needed[part[f]] && faces[part[f]] < least_island) {
+      joint.in[f] = 0;
+      any = true;
+    }
+  return any;
 }
 
 // Grows both parts at borders that have no partner. False: all have one.
@@ -224,10 +252,11 @@ bool Patcher::grow(double limit, Joint &joint) const {
   return true;
 }
 
-std::optional<Patch> Patcher::make(double limit, const std::vector<uint8_t> &also) const {
+std::optional<Patch> Patcher::make(double limit, const Wanted &wanted) const {
   Joint joint;
   joint.absent = failing(limit);
-  for (size_t f = 0; f < also.size(); f++) joint.absent[f] |= also[f];
+  for (size_t f = 0; f < wanted.absent.size(); f++) joint.absent[f] |= wanted.absent[f];
+  joint.wanted = wanted.taken;
   joint.taken.resize(substitute.points.size());
   for (int attempt = 0; attempt < attempts && is_small(joint.absent); attempt++) {
     find_borders(limit, joint);
@@ -236,30 +265,49 @@ std::optional<Patch> Patcher::make(double limit, const std::vector<uint8_t> &als
   return {};
 }
 
-std::vector<uint8_t> Patcher::widened(const Patch &patch, const decimate::Outliers &beyond) const {
-  std::vector<bool> touched(points.size());
-  const auto touch = [&](uint32_t face) {
-    for (const uint32_t v : body.faces[face]) touched[v] = true;
-  };
-  std::vector<uint32_t> remaining;
+void Patcher::widen(const Patch &patch, const decimate::Outliers &beyond, Wanted &wanted) const {
+  std::vector<uint32_t> remaining, near; // faces of the body
   for (uint32_t f = 0; f < patch.absent.size(); f++)
     if (!patch.absent[f]) remaining.push_back(f);
   for (const uint32_t f : beyond.faces)
-    if (f < remaining.size())
-      touch(remaining[f]);
-    else
-      for (size_t k = 0; k < 3; k++)
-        if (const uint32_t v = patch.joins[patch.mesh.faces[3 * (f - remaining.size()) + k]]; v != none)
-          touched[v] = true;
+    if (f < remaining.size()) near.push_back(remaining[f]);
+  std::vector<bool> touched(points.size());
+  for (const uint32_t f : beyond.faces)
+    for (size_t k = 0; k < 3 && f >= remaining.size(); k++)
+      if (const uint32_t v = patch.joins[patch.mesh.faces[3 * (f - remaining.size()) + k]]; v != none)
+        touched[v] = true;
+  wanted.taken.resize(substitute.points.size());
   render::ClosestPoint hit;
   for (const uint32_t v : beyond.vertices) {
     const double *p = &source.mesh().positions[3 * size_t(v)];
     hit = finder.nearest({p[0], p[1], p[2]}, hit.face);
-    touch(hit.face);
+    near.push_back(hit.face);
+    wanted.taken[nearest_of_substitute({p[0], p[1], p[2]})] = true;
   }
-  std::vector<uint8_t> out = patch.absent;
-  add_faces_of(touched, out);
-  return out;
+  for (const uint32_t f : near)
+    for (const uint32_t v : body.faces[f]) touched[v] = true;
+  wanted.absent = patch.absent;
+  add_faces_of(touched, wanted.absent);
+  if (wanted.absent != patch.absent) return;
+  // The patch itself is beyond the budget there.
+  const std::vector<uint32_t> part = edges.parts(patch.absent);
+  std::vector<bool> grows(part.size());
+  for (const uint32_t f : near) grows[part[f]] = patch.absent[f];
+  for (size_t f = 0; f < part.size(); f++)
+    for (size_t k = 0; k < 3 && grows[part[f]]; k++) touched[body.faces[f][k]] = true;
+  add_faces_of(touched, wanted.absent);
+}
+
+uint32_t Patcher::nearest_of_substitute(Vec3 place) const {
+  uint32_t best = 0;
+  double least = INFINITY;
+  for (uint32_t v = 0; v < substitute.points.size(); v++) {
+    const Vec3 between = substitute.points[v] - place;
+    if (!(dot(between, between) < least)) continue;
+    least = dot(between, between);
+    best = v;
+  }
+  return best;
 }
 
 Patch Patcher::joined(const Joint &joint) const {

@@ -18,12 +18,18 @@ public:
   Patcher(const RunMesh &body, const HalfEdges &edges, const std::vector<Vec3> &points,
           const decimate::Reference &source, const RunMesh &substitute);
 
-  // What is further off than limit, in pixels of the source, is left out, and the faces around it; and faces
-  // of the body that also names, when it is not empty. Nothing where that is more than a third of the area,
-  // or where the borders of the two surfaces do not correspond.
-  std::optional<Patch> make(double limit, const std::vector<uint8_t> &also) const;
-  // What a patch leaves out, and what is around places where the surface with it is still beyond the budget.
-  std::vector<uint8_t> widened(const Patch &patch, const decimate::Outliers &beyond) const;
+  // What has to be in a patch; both may be empty.
+  struct Wanted {
+    std::vector<uint8_t> absent; // faces of the body
+    std::vector<bool> taken;     // vertices of the substitute, if they are on a part that may be taken
+  };
+  // What is further off than limit, in pixels of the source, is left out, and the faces around it, and what
+  // is wanted. Nothing where that is more than a third of the area, or where the borders of the two surfaces
+  // do not correspond.
+  std::optional<Patch> make(double limit, const Wanted &wanted) const;
+  // Adds what a patch leaves out, and what is around places where the surface with it is still beyond the
+  // budget.
+  void widen(const Patch &patch, const decimate::Outliers &beyond, Wanted &wanted) const;
 
 private:
   struct Joint; // the parts that are left out and put in
@@ -32,9 +38,12 @@ private:
   void add_faces_of(const std::vector<bool> &vertices, std::vector<uint8_t> &faces) const;
   bool is_small(const std::vector<uint8_t> &faces) const;
   void find_borders(double limit, Joint &joint) const;
+  void pair_borders(Joint &joint) const;
+  bool drop_islands(Joint &joint) const;
   bool grow(double limit, Joint &joint) const;
   // Of the run's mesh: that which a vertex of the substitute is on.
   uint32_t face_at(uint32_t vertex, double limit) const;
+  uint32_t nearest_of_substitute(Vec3 place) const;
   Patch joined(const Joint &joint) const;
 
   const RunMesh &body;

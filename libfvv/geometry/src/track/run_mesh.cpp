@@ -16,8 +16,11 @@ RunMesh::RunMesh(const geometry::Mesh &mesh) {
                    c = alike[mesh.faces[3 * f + 2]];
     if (a != b && b != c && c != a) kept.insert(kept.end(), {a, b, c});
   }
-  std::vector<uint32_t> unused;
-  welded = decimate::compact(welded, kept, unused);
+  std::vector<uint32_t> vertices;
+  welded = decimate::compact(welded, kept, vertices);
+  std::vector<uint32_t> numbers(mesh.vertex_count(), UINT32_MAX);
+  for (uint32_t v = 0; v < vertices.size(); v++) numbers[vertices[v]] = v;
+  for (const uint32_t v : alike) number.push_back(numbers[v]);
   points = compare::positions_of(welded);
   areas.resize(points.size());
   std::vector<std::pair<uint32_t, uint32_t>> edges;

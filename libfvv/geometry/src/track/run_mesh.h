@@ -18,6 +18,7 @@ struct RunMesh {
   explicit RunMesh(const geometry::Mesh &mesh);
 
   std::vector<Vec3> points;
+  std::vector<uint32_t> number; // of each vertex of the mesh given that of here; UINT32_MAX: no face uses it
   std::vector<std::array<uint32_t, 3>> faces;
   // Neighbours of each vertex by rising number: those from first[v] to first[v + 1].
   std::vector<uint32_t> neighbours;

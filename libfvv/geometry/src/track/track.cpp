@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace fvv::track {
 
@@ -20,9 +21,9 @@ constexpr double key_parts[] = {0.9, key_part, 0.55};
 constexpr double least_piece = 0.002;
 // Of the budget, one after the other: what is further off is patched.
 constexpr double patch_limits[] = {decimate::max_over_rms, 4.5, 3.5};
-// What a delta frame takes, of the bytes of its key: with patches a run ends where another key costs less.
-constexpr double delta_part = 0.2;
-constexpr int patch_attempts = 3; // with each: what is beyond the budget with a patch is patched too
+// Of the faces: a patch that is larger is worth another attempt without one.
+constexpr double large_patch = 0.05;
+constexpr int patch_attempts = 6; // with each: what is beyond the budget with a patch is patched too
 
 // How good a key a frame is.
 struct Merit {
@@ -45,6 +46,23 @@ Merit merit_of(const geometry::Mesh &mesh) {
       merit.area > 0 && std::isfinite(merit.area) &&
       std::all_of(mesh.positions.begin(), mesh.positions.end(), [](double x) { return std::isfinite(x); });
   return merit;
+}
+
+// The mesh of a run from one frame to the next.
+struct Moving {
+  std::shared_ptr<Follower> follower;
+  std::shared_ptr<const HalfEdges> edges; // of its mesh
+  Posture last;                           // in the last frame
+  std::optional<Pose> before;             // in the frame before that, where it is known
+};
+
+struct Step {
+  Posture posture;
+  Frame frame;
+};
+
+size_t size_of_patch(const Frame &frame) {
+  return frame.patch ? frame.patch->mesh.face_count() : 0;
 }
 
 class Tracker {
@@ -83,11 +101,6 @@ private:
     if (settings.check_cancelled) settings.check_cancelled();
   }
 
-  // In faces of keys.
-  static double cost_of(const Frame &frame) {
-    return delta_part * frame.mesh.face_count() + (frame.patch ? frame.patch->mesh.face_count() : 0);
-  }
-
   Run follow(size_t key, size_t first, size_t end, double part) {
     Run run;
     run.first = run.key = key;
@@ -99,17 +112,15 @@ private:
     const decimate::Decimated decimated =
         decimate::decimate(source, frames.footprint(key), tighter, settings.target_error * part);
     if (!merit_of(decimated.mesh).sound) return run;
-    Follower follower(decimated.mesh, bool(settings.masks), [this] { check_cancelled(); });
-    const HalfEdges edges(follower.mesh().faces);
-    const Posture start = follower.start();
-    std::vector<Frame> before = follow(follower, edges, part, start, key, first, end, -1), after;
-    std::optional<Frame> own = judged(follower, edges, part, start, source, key, false);
+    const Moving begin = moving(decimated.mesh);
+    std::vector<Frame> before = follow(begin, part, key, first, end, -1), after;
+    std::optional<Frame> own = judged(begin, begin.last, part, source, key, false);
     if (!own) return run;
     own->report.target_error = decimated.report.target_error;
     own->report.dropped_pieces = decimated.report.dropped_pieces;
     own->report.dropped_faces = decimated.report.dropped_faces;
     own->report.vanished = decimated.report.vanished;
-    after = follow(follower, edges, part, start, key, first, end, 1);
+    after = follow(begin, part, key, first, end, 1);
     run.first = key - before.size();
     run.frames.assign(std::make_move_iterator(before.rbegin()), std::make_move_iterator(before.rend()));
     run.frames.push_back(std::move(*own));
@@ -117,39 +128,57 @@ private:
     return run;
   }
 
+  Moving moving(const geometry::Mesh &mesh) const {
+    Moving out;
+    out.follower = std::make_shared<Follower>(mesh, bool(settings.masks), [this] { check_cancelled(); });
+    out.edges = std::make_shared<HalfEdges>(out.follower->mesh().faces);
+    out.last = out.follower->start();
+    return out;
+  }
+
+  // What moves on from a frame with a patch, into which the other moved by a step.
+  Moving moving(const Patch &patch, const Moving &other, const Posture &step) const {
+    Moving out = moving(patch.next);
+    std::vector<uint32_t> like(out.last.points.size(), UINT32_MAX);
+    for (uint32_t v = 0; v < step.points.size(); v++)
+      if (patch.next_of[v] != UINT32_MAX) like[patch.next_of[v]] = v;
+    out.before = out.follower->before_start(*other.follower, step, other.last, like);
+    return out;
+  }
+
   // From the key in one direction, until a frame exceeds the budget.
-  std::vector<Frame> follow(Follower &follower, const HalfEdges &edges, double part, const Posture &start,
-                            size_t key, size_t first, size_t end, int direction) const {
+  std::vector<Frame> follow(Moving now, double part, size_t key, size_t first, size_t end,
+                            int direction) const {
     std::vector<Frame> out;
-    Posture last = start;
-    std::optional<Posture> before;
-    const double faces = double(follower.mesh().faces.size());
-    double cost = faces; // of the key and the frames up to now, in faces of keys
     for (size_t i = key; direction > 0 ? i + 1 < end : i > first;) {
       direction > 0 ? i++ : i--;
       if (!merits[i].sound) break;
       const geometry::Mesh source = frames.mesh(i);
       const Target target(source);
-      std::optional<Posture> next;
-      std::optional<Frame> frame;
       const bool may_patch = has_patches() && direction > 0;
-      if (before) {
-        next = follower.follow(last, &*before, target);
-        if (next) frame = judged(follower, edges, part, *next, source, i, may_patch);
-      }
+      std::optional<Step> best;
+      const auto attempt = [&](const Pose *before, bool near) {
+        std::optional<Posture> next = now.follower->follow(now.last, before, near, target);
+        if (!next) return;
+        std::optional<Frame> frame = judged(now, *next, part, source, i, may_patch);
+        if (frame && (!best || size_of_patch(*frame) < size_of_patch(best->frame)))
+          best = {std::move(*next), std::move(*frame)};
+      };
+      if (now.before) attempt(&*now.before, false);
       // What a hand or the ground has stopped is nearer to where it was than to where it would have gone.
-      if (!frame) {
-        next = follower.follow(last, nullptr, target);
-        if (next) frame = judged(follower, edges, part, *next, source, i, may_patch);
+      if (!best || (now.before && best->frame.patch)) attempt(nullptr, false);
+      // What has come is not to pull at what is next to it.
+      if (may_patch &&
+          (!best || double(size_of_patch(best->frame)) > large_patch * double(best->frame.mesh.face_count())))
+        attempt(now.before ? &*now.before : nullptr, true);
+      if (!best) break;
+      if (best->frame.patch) {
+        now = moving(*best->frame.patch, now, best->posture);
+      } else {
+        now.before = std::move(now.last.pose);
+        now.last = std::move(best->posture);
       }
-      if (!frame) break;
-      const double own = cost_of(*frame);
-      // Dearer than the frames before on average: those of a new run will cost less.
-      if (frame->patch && own * double(out.size() + 1) > cost) break;
-      cost += own;
-      out.push_back(std::move(*frame));
-      before = std::move(last);
-      last = std::move(*next);
+      out.push_back(std::move(best->frame));
     }
     return out;
   }
@@ -160,17 +189,16 @@ private:
   }
 
   // Nothing: beyond the budget.
-  std::optional<Frame> judged(const Follower &follower, const HalfEdges &edges, double part,
-                              const Posture &posture, const geometry::Mesh &source, size_t i,
-                              bool patches) const {
+  std::optional<Frame> judged(const Moving &moving, const Posture &posture, double part,
+                              const geometry::Mesh &source, size_t i, bool patches) const {
     check_cancelled();
     const decimate::Reference reference(source, frames.footprint(i));
     Frame frame;
-    frame.mesh = follower.mesh().at(posture.points);
+    frame.mesh = moving.follower->mesh().at(posture.points);
     decimate::Outliers outliers;
     frame.report = decimate::measure_on_lattice(reference, frame.mesh, settings.budget, outliers);
     if (is_within(frame.report)) return frame;
-    if (patches && patch(follower, edges, part, posture, reference, i, frame)) return frame;
+    if (patches && patch(moving, posture, part, reference, i, frame)) return frame;
     if (!settings.masks || !has_outlines(frame, source, i)) return {};
     frame.report.by_outlines = true;
     frame.report.thin_area = 0;
@@ -188,30 +216,34 @@ private:
   }
 
   // Whether the frame is within the budget with the patch that it then has.
-  bool patch(const Follower &follower, const HalfEdges &edges, double part, const Posture &posture,
-             const decimate::Reference &reference, size_t i, Frame &frame) const {
+  bool patch(const Moving &moving, const Posture &posture, double part, const decimate::Reference &reference,
+             size_t i, Frame &frame) const {
     decimate::Budget tighter = settings.budget;
     tighter.pixels *= part;
     const RunMesh substitute(
         decimate::decimate(reference.mesh(), frames.footprint(i), tighter, settings.target_error * part)
             .mesh);
-    const Patcher patcher(follower.mesh(), edges, posture.points, reference, substitute);
+    const Patcher patcher(moving.follower->mesh(), *moving.edges, posture.points, reference, substitute);
     for (const double limit : patch_limits) {
-      std::vector<uint8_t> also;
+      Patcher::Wanted wanted;
       for (int attempt = 0; attempt < patch_attempts; attempt++) {
         check_cancelled();
-        std::optional<Patch> patch = patcher.make(limit * settings.budget.pixels, also);
+        std::optional<Patch> patch = patcher.make(limit * settings.budget.pixels, wanted);
         if (!patch) break;
         decimate::Outliers outliers;
+        const geometry::Mesh whole = patched(frame.mesh, *patch);
         const decimate::Report report =
-            decimate::measure_on_lattice(reference, patched(frame.mesh, *patch), settings.budget, outliers);
+            decimate::measure_on_lattice(reference, whole, settings.budget, outliers);
         if (is_within(report)) {
+          const RunMesh next(whole);
+          patch->next = next.at(next.points);
+          patch->next_of = next.number;
           frame.patch = std::move(patch);
           frame.report = report;
           return true;
         }
         if (report.error.max_pixels <= decimate::max_over_rms * settings.budget.pixels) break;
-        also = patcher.widened(*patch, outliers);
+        patcher.widen(*patch, outliers, wanted);
       }
     }
     return false;
