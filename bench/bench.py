@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, inputs, calibration, clip, track, codecs, meshonly, serve, picture, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
+import, inputs, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -30,6 +30,7 @@ from inputs import triangles
 from muxing import Muxing
 from pages import figures as page_figures
 from recordings import calibrate, chain, hull
+from spend import figures as spending
 from track.figures import Tracking
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -418,6 +419,12 @@ def picture():
     return view_quality.measure()
 
 
+def spent():
+    """What --view-loss saves, and what views lose by it."""
+    shape = "--cameras", ",".join(CLIP_CAMERAS), "--tile", "{}x{}".format(*CLIP_TILE)
+    return spending.measure((studio(), *shape))
+
+
 def python_time():
     """The Python package on the file's meshes, beside libfvv, and on the capture, beside fvvmux."""
     stream()
@@ -461,6 +468,7 @@ PARTS = {
     "meshonly": meshonly,
     "serve": served,
     "picture": picture,
+    "spend": spent,
     "js": js,
     "view": view,
     "look": look,

@@ -32,11 +32,10 @@ COLOUR = "--background", "128,128,128"
 class Arc:
     """Views of a generated scene from the arc; views: degrees along it, 0 to count - 1."""
 
-    def __init__(self, frames, views, seed=1):
+    def __init__(self, frames, views, seed=1, scene=None):
         self.frames, self.views = frames, tuple(views)
-        self.folder = experiment.capture(
-            "arc", "--rig", "arc", "--cameras", max(views) + 1, "--frames", frames, "--seed", seed
-        )
+        options = ("--rig", "arc", "--cameras", max(views) + 1, "--frames", frames, "--seed", seed)
+        self.folder = experiment.capture("arc", *options, *(("--scene", scene) if scene else ()))
         cameras = json.loads((self.folder / "capture.json").read_text())["cameras"]
         self.cameras = {view: cameras[view] for view in self.views}
 

@@ -60,6 +60,11 @@ class EncodeOptions(TypedDict, total=False):
     #: Luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own number: JPEG 1 to 100,
     #: CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has lossless alone. Default: 42dB, of exr lossless.
 
+    view_loss: float | str | None
+    #: Choose for the scene what is not set: the quality of pictures, max_error, and how players blend, for the
+    #: fewest bytes by which views from between cameras lose at most that against the defaults (0.1dB), with pictures
+    #: of 38 dB or more (docs/encoding/view-loss.md). Default: nothing is chosen so.
+
     bitrate: int | str | None
     #: Bits a second for all pictures (4M, 800k) in place of a quality: every group has its share and gets the finest
     #: quality that keeps it; tracks share by their pixels.

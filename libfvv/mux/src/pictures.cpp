@@ -321,23 +321,6 @@ void EncoderRoom::Group::await(size_t frame) {
   room.changed.notify_all();
 }
 
-namespace {
-
-constexpr size_t sample_size = 25; // frames
-// The memory limit for the samples of all tracks of the first rung. Further frames are loaded each time they
-// are needed.
-constexpr size_t sample_bytes = size_t(128) << 20;
-
-// The part of a track. Lower rungs share as much again: they are chosen after the first.
-size_t bytes_kept(const Plan &plan, const VideoTrack &track) {
-  const auto together = std::count_if(plan.tracks.begin(), plan.tracks.end(),
-                                      [&](const VideoTrack &other) { return !other.rung == !track.rung; });
-  return sample_bytes / size_t(together);
-}
-
-// The middle group, or the nearest one that is not short and in which something is on stage. A codec spends
-// more on the only frame of a group than on the frames of a long one: the last group of a few frames would
-// promise a quality, by AV1 of 5 dB more, that the others do not have.
 size_t middle_group(const Plan &plan) {
   const size_t middle = plan.group_count() / 2;
   size_t longest = 0;
@@ -352,6 +335,20 @@ size_t middle_group(const Plan &plan) {
     if (shows(middle - off)) return middle - off;
   }
   return middle;
+}
+
+namespace {
+
+constexpr size_t sample_size = 25; // frames
+// The memory limit for the samples of all tracks of the first rung. Further frames are loaded each time they
+// are needed.
+constexpr size_t sample_bytes = size_t(128) << 20;
+
+// The part of a track. Lower rungs share as much again: they are chosen after the first.
+size_t bytes_kept(const Plan &plan, const VideoTrack &track) {
+  const auto together = std::count_if(plan.tracks.begin(), plan.tracks.end(),
+                                      [&](const VideoTrack &other) { return !other.rung == !track.rung; });
+  return sample_bytes / size_t(together);
 }
 
 // The frames by which the quality of a track is chosen or judged.

@@ -119,6 +119,25 @@ struct InsetChoice {
   render::TextureInset found;   // there
 };
 
+// What Options::view_loss led to: settings for what options leave open, and what they cost on the frames that
+// were tried. PSNR and SSIM are of cameras that were drawn from the others.
+struct ViewChoice {
+  bool on = false;
+  std::string reason; // why not, or why the goal is missed; empty: it is kept
+  double goal = 0;    // dB
+  int64_t frame = 0;  // number of the first one that was tried
+  size_t frames = 0;  // that were tried
+  double psnr = 0;    // of pictures, dB
+  MaxError max_error = {};
+  fvv_texturing texturing = {};
+  double finest_psnr = 0, finest_ssim = 0;     // of the source's meshes and pictures
+  double default_psnr = 0, default_bytes = 0;  // without the choice; bytes: of meshes and pictures of a group
+  double held_out_psnr = 0, held_out_ssim = 0; // with it
+  double loss = 0;                             // dB, against default_psnr; less than 0: views gain
+  double between_psnr = 0;                     // half-way between cameras, against the finest
+  double bytes = 0;
+};
+
 // cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
 // picture.
 struct Tiling {
@@ -249,6 +268,7 @@ struct Plan {
   VisibilityChoice visibility;
   MatchChoice match;
   InsetChoice inset;
+  ViewChoice view;
   ColourChoice colours;
   std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedEnvironment> environment;    // if there is one

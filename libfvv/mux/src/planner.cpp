@@ -8,6 +8,7 @@
 #include "fvv_scene/inputs.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/choose/sampled_scene.h"
+#include "mux/src/choose/view_loss.h"
 #include "mux/src/crop.h"
 #include "mux/src/environment.h"
 #include "mux/src/ladder/mesh_rungs.h"
@@ -229,6 +230,43 @@ std::vector<VideoTrack> encoded_tracks(const scene::Capture &capture,
   return tracks;
 }
 
+// The error that geometry may have, lattice, decimation, and the meshes of the first rung.
+void plan_meshes(Plan &plan, const SampledScene &scene, const Tiling &cameras, double delta_frames) {
+  const Options &options = plan.options;
+  plan.error = choose_budget(options, scene);
+  look_for_hulls(plan, scene, cameras);
+  plan.lattice = choose_lattice(options, scene, plan.error, plan.has_constant_topology, delta_frames);
+  plan.meshes.clear();
+  if (!plan.has_meshes()) return;
+  MeshTrack track;
+  track.lattice = plan.lattice;
+  track.decimation = choose_decimation(options, scene, plan.error, plan.lattice, plan.normals);
+  if (plan.tracking.on && !track.decimation.on)
+    plan.tracking = {false, "meshes are not decimated: " + track.decimation.reason};
+  track.loader = std::make_shared<MeshLoader>(plan, track.decimation, cameras);
+  track.id = mesh_track;
+  track.visibility = visibility_track;
+  track.colours = colour_track;
+  plan.meshes.push_back(std::move(track));
+}
+
+// What was chosen is as if options had set it.
+void apply_view_choice(Plan &plan, const SampledScene &scene, const Tiling &cameras, double delta_frames) {
+  const ViewChoice &view = plan.view;
+  Options &options = plan.options;
+  if (options.quality.by_default) options.quality = {true, view.psnr};
+  fvv_texturing usual;
+  fvv_texturing_default(&usual);
+  const fvv_texturing &chosen = view.texturing;
+  if (chosen.blend != usual.blend) options.texture_blend = chosen.blend;
+  if (chosen.threshold != fvv_texturing_threshold(chosen.blend)) options.texture_threshold = chosen.threshold;
+  if (chosen.best != usual.best) options.texture_best = chosen.best;
+  if (chosen.blend == FVV_BLEND_PAPER && plan.inset.inset > 0) plan.inset = choose_inset(plan, scene, false);
+  if (options.max_error || view.max_error.value == plan.error.value) return;
+  options.max_error = view.max_error;
+  plan_meshes(plan, scene, cameras, delta_frames);
+}
+
 // bad: frames that are known to be unusable.
 Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
                  const std::vector<EncodedTrack> &encoded, const Options &options, const Observer &observer) {
@@ -281,38 +319,26 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   plan.normals = choose_normals(options, scene);
   plan.tracking = choose_tracking(options, scene, plan.normals, shared);
   plan.has_constant_topology = shared > 0 || plan.tracking.on;
-  plan.error = choose_budget(options, scene);
-  look_for_hulls(plan, scene, cameras);
   // How long runs of tracked frames become is not known here; a finer lattice must not cost keys bytes
   // where nothing can be followed.
   const double followed = plan.tracking.on && options.track == Track::always ? 0.5 : 0,
-               in_runs = std::max(shared, followed);
-  plan.lattice = choose_lattice(options, scene, plan.error, plan.has_constant_topology,
-                                std::min(in_runs / (1 - in_runs), plan.group_size - 1.0));
-  plan.warned = warn_of_lattice(plan) || plan.warned;
-  if (plan.has_meshes()) {
-    MeshTrack track;
-    track.lattice = plan.lattice;
-    track.decimation = choose_decimation(options, scene, plan.error, plan.lattice, plan.normals);
-    if (plan.tracking.on && !track.decimation.on)
-      plan.tracking = {false, "meshes are not decimated: " + track.decimation.reason};
-    plan.warned = warn_of_tracking(plan) || plan.warned;
-    track.loader = std::make_shared<MeshLoader>(plan, track.decimation, cameras);
-    track.id = mesh_track;
-    track.visibility = visibility_track;
-    track.colours = colour_track;
-    plan.meshes.push_back(std::move(track));
-  }
-  plan.visibility = choose_visibility(options, plan.capture, cameras);
+               in_runs = std::max(shared, followed),
+               delta_frames = std::min(in_runs / (1 - in_runs), plan.group_size - 1.0);
+  plan_meshes(plan, scene, cameras, delta_frames);
   plan.match = choose_match(plan, scene, !encoded.empty());
   if (plan.match.on) plan.match.tables = gain_tables(plan.match, plan.capture.cameras.size());
   plan.inset = choose_inset(plan, scene, !encoded.empty());
-  plan.colours = choose_colours(plan, scene);
   plan.tracks = tile_tracks(plan, plan.whole);
   for (const VideoTrack &track : sent) {
     plan.tracks.push_back(track);
     plan.tracks.back().part = plan.tracks.size() - 1;
   }
+  plan.view = choose_by_view_loss(plan, scene, cameras, delta_frames);
+  if (plan.view.on) apply_view_choice(plan, scene, cameras, delta_frames);
+  plan.warned = warn_of_lattice(plan) || plan.warned;
+  plan.warned = warn_of_tracking(plan) || plan.warned;
+  plan.visibility = choose_visibility(plan.options, plan.capture, cameras);
+  plan.colours = choose_colours(plan, scene);
   if (plan.capture.atlas) {
     plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan, 0), {}});
     plan.warned = warn_of_atlas(plan, plan.tracks.back().tiling) || plan.warned;

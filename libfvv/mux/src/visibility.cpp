@@ -7,6 +7,7 @@
 #include "fvv_render/vertex_colours.h"
 #include "fvv_render/visibility_fit.h"
 #include "fvv_scene/memory_frames.h"
+#include "mux/src/decoded_meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
 
@@ -20,41 +21,6 @@ namespace {
 // The gain, in faces of mean area, for which a weight changes, in frames with the faces of the one before.
 // The lower one costs no accuracy that can be measured, and saves a tenth of the bytes.
 constexpr double change_price = 0.1;
-
-// Decoded meshes of a run of frames.
-class DecodedMeshes {
-public:
-  explicit DecodedMeshes(const std::string &path) : name(path), sequence(nullptr, fvv_mesh_sequence_close) {}
-
-  // The next frame. followed: whether the frame after it is a delta frame.
-  const fvv_mesh &next(const MeshFrame &frame, bool followed) {
-    if (frame.key) {
-      fvv_mesh_free(&key);
-      sequence.reset();
-      check(fvv_mesh_decode(frame.payload.data(), frame.payload.size(), nullptr, nullptr, &key, &diagnostic));
-      if (!followed) return key;
-      fvv_mesh_sequence *opened = nullptr;
-      const fvv_status status = fvv_mesh_sequence_open(&key, nullptr, &opened, &diagnostic);
-      sequence.reset(opened);
-      check(status);
-    } else {
-      check(
-          fvv_mesh_sequence_decode(sequence.get(), frame.payload.data(), frame.payload.size(), &diagnostic));
-    }
-    return *fvv_mesh_sequence_mesh(sequence.get());
-  }
-
-  // Of the last frame; NULL: it has none.
-  const fvv_mesh *patch() const { return sequence ? fvv_mesh_sequence_patch(sequence.get()) : nullptr; }
-
-private:
-  void check(fvv_status status) { fvv::check(status, name, diagnostic); }
-
-  const std::string name;
-  fvv_diagnostic diagnostic = {};
-  OwnedMesh key;
-  std::unique_ptr<fvv_mesh_sequence, void (*)(fvv_mesh_sequence *)> sequence;
-};
 
 // The state from one frame to the next with its faces.
 struct PreviousFrame {
@@ -121,16 +87,6 @@ private:
   std::unique_ptr<fvv_visibility_order, void (*)(fvv_visibility_order *)> order{nullptr,
                                                                                 fvv_visibility_order_close};
 };
-
-// The positions of a decoded mesh in metres, which count from origin_of(lattice).
-std::vector<float> metres_of(const fvv_mesh &mesh, const geometry::Lattice &lattice) {
-  const render::Vec3 from = origin_of(lattice);
-  const double origin[3] = {lattice.origin[0] - from.x, lattice.origin[1] - from.y,
-                            lattice.origin[2] - from.z};
-  std::vector<float> metres(3 * size_t(mesh.vertex_count));
-  fvv_lattice_to_floats(origin, lattice.step, mesh.lattice, mesh.vertex_count, metres.data());
-  return metres;
-}
 
 // The state whose weight is nearest (fvv.md clause 17.4).
 uint8_t state_of_weight(uint8_t weight) {

@@ -248,6 +248,25 @@ struct InsetReport {
   double psnr_without = 0, psnr_best = 0; // dB
 };
 
+// What Options::view_loss led to. PSNR and SSIM are of cameras that were drawn from the others; bytes are
+// estimates for the meshes and pictures of a group.
+struct ViewReport {
+  double goal = 0;          // dB
+  bool is_measured = false; // else nothing but the reason follows
+  std::string reason;       // why not, or why the goal is missed; empty: it is kept
+  int64_t frame = 0;        // number of the one that was looked at
+  double psnr = 0;          // of pictures, dB
+  double max_error = 0;     // of meshes, pixels, or a length
+  bool is_length = false;
+  bool is_paper = false; // the blend
+  double threshold = 0;  // least cosine
+  uint32_t best = 0;     // cameras at a place
+  double loss = 0;       // dB, of what the finest show
+  double finest_psnr = 0, finest_ssim = 0, default_psnr = 0, held_out_psnr = 0, held_out_ssim = 0;
+  double between_psnr = 0; // half-way between cameras, against the finest; may be infinite
+  double default_bytes = 0, bytes = 0;
+};
+
 // A sound track. The bytes are those of its chunks.
 struct SoundReport : TrackBytes {
   uint16_t track = 0;
@@ -347,6 +366,7 @@ struct Report : MeshSums {
   double colour_cell = 0; // side, as the lattice's step
   MatchReport match;
   InsetReport inset;
+  std::optional<ViewReport> view; // without the option none
   std::vector<SoundReport> sounds;
   std::optional<EnvironmentReport> environment;
   std::vector<SourceReport> sources;

@@ -376,6 +376,14 @@ std::vector<Option> picture_options() {
               })
           .excludes("bitrate")
           .brief(pictures, "PSNR of the foreground (42dB, the default), or the codec's number"),
+      Row("view-loss", "DB",
+          "choose for the scene what is not set: the quality of pictures, `max-error`, and how players "
+          "blend, "
+          "for the fewest bytes by which views from between cameras lose at most that against the defaults "
+          "(0.1dB), with pictures of 38 dB or more (docs/encoding/view-loss.md). Default: nothing is chosen "
+          "so")
+          .text<&Options::view_loss>("float | str", "0.1dB", parse_view_loss, view_loss_text)
+          .brief(pictures, "spend no more than views need: 0.1dB is what they may lose"),
       Row("bitrate", "RATE",
           "bits a second for all pictures (4M, 800k) in place of a quality: every group has its share "
           "and gets the finest quality that keeps it; tracks share by their pixels")

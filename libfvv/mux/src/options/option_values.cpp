@@ -104,6 +104,19 @@ std::string quality_text(const Quality &quality) {
   return quality.value == 0 ? "lossless" : number_text(quality.value);
 }
 
+double parse_view_loss(const std::string &option, const std::string &text) {
+  double loss;
+  const bool named = ends_with(text, "dB") || ends_with(text, "db");
+  if (!scene::parse_double(text.substr(0, text.size() - (named ? 2 : 0)), loss) || !(loss >= 0.01) ||
+      loss > 10)
+    refuse_value(option, "decibels such as 0.1dB, from 0.01 to 10", text);
+  return loss;
+}
+
+std::string view_loss_text(double loss) {
+  return number_text(loss) + "dB";
+}
+
 uint64_t parse_bit_rate(const std::string &option, const std::string &text) {
   return parse_amount(option, "bits a second such as 4M, 800k or 64000, from 1k to 10G", text, 1e3, 1e10);
 }

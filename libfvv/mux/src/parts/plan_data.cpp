@@ -104,6 +104,20 @@ struct Fields {
     auto &[inset, reason, frame, found] = v;
     a(inset, reason, frame, found);
   }
+  template <class A> static void of(A &a, MaxError &v) {
+    auto &[value, unit] = v;
+    a(value, unit);
+  }
+  template <class A> static void of(A &a, fvv_texturing &v) {
+    auto &[threshold, depth_bias, depth_slope, inset, best, unseen, blend] = v;
+    a(threshold, depth_bias, depth_slope, inset, best, unseen, blend);
+  }
+  template <class A> static void of(A &a, ViewChoice &v) {
+    auto &[on, reason, goal, frame, frames, psnr, max_error, texturing, finest_psnr, finest_ssim,
+           default_psnr, default_bytes, held_out_psnr, held_out_ssim, loss, between_psnr, bytes] = v;
+    a(on, reason, goal, frame, frames, psnr, max_error, texturing, finest_psnr, finest_ssim, default_psnr,
+      default_bytes, held_out_psnr, held_out_ssim, loss, between_psnr, bytes);
+  }
   template <class A> static void of(A &a, Tiling &v) {
     auto &[cameras, tiles, width, height] = v;
     a(cameras, tiles, width, height);
@@ -194,11 +208,11 @@ struct Fields {
   template <class A> static void of(A &a, Plan &v) {
     auto &[options, observer, capture, group_size, groups, bad, has_constant_topology, tracking, error,
            lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,
-           mask_rules, outline_cameras, outline_rules, warned, crop, whole, visibility, match, inset, colours,
-           undistortion, environment, sounds, frame_limit] = v;
+           mask_rules, outline_cameras, outline_rules, warned, crop, whole, visibility, match, inset, view,
+           colours, undistortion, environment, sounds, frame_limit] = v;
     a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, tracking, error,
       lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, outline_rules,
-      warned, crop, whole, visibility, match, inset, colours, environment, sounds, frame_limit);
+      warned, crop, whole, visibility, match, inset, view, colours, environment, sounds, frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
     auto &[plan, decisions, capture, warnings] = v;
@@ -339,7 +353,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 5;
+constexpr int plan_version = 6;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);

@@ -185,6 +185,25 @@ Json match_json(const MatchReport &match) {
   return out;
 }
 
+Json view_json(const ViewReport &view) {
+  Json out = {{"goal", view.goal}, {"measured", view.is_measured}};
+  if (!view.reason.empty()) out["reason"] = view.reason;
+  if (!view.is_measured) return out;
+  out["frame"] = view.frame;
+  out["picture_psnr"] = view.psnr;
+  out["max_error"] = view.max_error;
+  out["max_error_unit"] = view.is_length ? "length" : "pixels";
+  out["blend"] = view.is_paper ? "paper" : "viewer";
+  out["threshold"] = view.threshold;
+  out["best"] = view.best;
+  out["loss"] = view.loss;
+  out["finest"] = {{"psnr", view.finest_psnr}, {"ssim", view.finest_ssim}};
+  out["chosen"] = {{"psnr", view.held_out_psnr}, {"ssim", view.held_out_ssim}, {"group_bytes", view.bytes}};
+  out["default"] = {{"psnr", view.default_psnr}, {"group_bytes", view.default_bytes}};
+  if (std::isfinite(view.between_psnr)) out["between_psnr"] = view.between_psnr;
+  return out;
+}
+
 Json inset_json(const InsetReport &inset) {
   Json out = {{"length", inset.length}, {"reason", inset.reason}};
   if (!inset.frame) return out;
@@ -384,6 +403,7 @@ std::string report_json(const Report &r, const std::string &output, Spelling spe
   out["colours"] = colours_json(r);
   out["match_colours"] = match_json(r.match);
   out["texture_inset"] = inset_json(r.inset);
+  if (r.view) out["view_loss"] = view_json(*r.view);
   for (const SoundReport &sound : r.sounds) out["audio"].push_back(sound_json(sound));
   if (r.environment) out["environment"] = environment_json(*r.environment);
   if (!r.sources.empty()) out["sources"] = sources_json(r);

@@ -331,6 +331,22 @@ void track_lines(std::string &out, const Report &r) {
   track_line(out, r, "container", overhead(r), r.live ? "live: no index" : "with index");
 }
 
+void view_lines(std::string &out, const Report &r, const ViewReport &view) {
+  if (!view.is_measured) return line(out, "  views     nothing chosen: %s", view.reason.c_str());
+  line(out,
+       "  views     %s %.2f dB (goal: lose at most %g%s%s): cameras drawn from the others have %.2f dB, %.2f "
+       "by the defaults, %.2f by the source",
+       view.loss > 0 ? "lose" : "gain", std::abs(view.loss), view.goal, view.reason.empty() ? "" : "; ",
+       view.reason.c_str(), view.held_out_psnr, view.default_psnr, view.finest_psnr);
+  line(out,
+       "            by pictures of %.4g dB, an error of %s, the blend %s, threshold %g, best %u: about %.0f "
+       "%% of the bytes",
+       view.psnr,
+       view.is_length ? length_text(r.scale_unknown, view.max_error).c_str()
+                      : fvv::format("%g px", view.max_error).c_str(),
+       view.is_paper ? "paper" : "viewer", view.threshold, view.best, 100 * view.bytes / view.default_bytes);
+}
+
 } // namespace
 
 std::string report_text(const Report &r, const std::string &output, Spelling spelling) {
@@ -357,6 +373,7 @@ std::string report_text(const Report &r, const std::string &output, Spelling spe
   line(out, "  inset     %s: %s",
        r.inset.length > 0 ? length_text(r.scale_unknown, r.inset.length).c_str() : "none",
        r.inset.reason.c_str());
+  if (r.view) view_lines(out, r, *r.view);
   line(out, "  time      %.2f s, %.1f frames/s", r.seconds, frames_per_second(r));
   if (r.verdict) verdict_lines(out, r);
   return spell(out, spelling);

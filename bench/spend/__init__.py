@@ -1,0 +1,1 @@
+"""Figures of meshes that are followed from frame to frame (docs/encoding/tracking.md)."""

@@ -1,0 +1,523 @@
+#include "mux/src/choose/view_loss.h"
+#include "fvv_cxx/error.h"
+#include "fvv_cxx/format.h"
+#include "fvv_cxx/parallel.h"
+#include "fvv_media/frame.h"
+#include "fvv_render/held_out.h"
+#include "fvv_render/local_origin.h"
+#include "mux/src/choose/choices.h"
+#include "mux/src/decoded_meshes.h"
+#include "mux/src/meshes.h"
+#include "mux/src/pictures.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace fvv::mux {
+
+namespace {
+
+constexpr size_t tried_frames = 3; // encoded for each candidate
+constexpr std::array<double, 3> tried_psnr = {least_camera_psnr, 40, 42};
+constexpr std::array<double, 2> coarser_errors = {0.2, 0.3}; // pixels
+constexpr std::array<double, 2> finer_errors = {0.05, 0.075};
+constexpr double psnr_step = 0.5;
+constexpr double most_growth = 1.05; // of the bytes
+// What a loss of the goal is worth, of the bytes.
+constexpr double bytes_of_goal = 0.05;
+// What pays for a way of blending that is not the players' own.
+constexpr double least_blend_gain = 0.05; // dB
+
+struct Surface {
+  std::vector<float> positions; // from origin_of() the plan's lattice
+  std::vector<uint32_t> faces;
+
+  render::Mesh mesh() const {
+    return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
+  }
+};
+
+// Of each camera with a tile, in the order of tracks and tiles.
+using Tiles = std::vector<media::DeepImage>;
+
+struct Pictures {
+  double psnr = 0;           // dB
+  double bytes = 0;          // of a group
+  std::vector<Tiles> frames; // that are tried
+};
+
+struct Meshes {
+  MaxError max_error;
+  double bytes = 0;              // of a group
+  std::vector<Surface> surfaces; // of each frame
+};
+
+// bytes of the samples of a few frames, as those of a group of count.
+double of_group(const std::vector<size_t> &bytes, size_t count) {
+  double rest = 0;
+  for (size_t i = 1; i < bytes.size(); i++) rest += double(bytes[i]);
+  return double(bytes[0]) + (bytes.size() > 1 ? rest / double(bytes.size() - 1) * double(count - 1) : 0);
+}
+
+media::DeepImage deep(const media::DeepImage &image) {
+  return image;
+}
+media::DeepImage deep(const media::Image &image) {
+  media::DeepImage out = {image.width, image.height, image.channels, {}};
+  out.pixels.reserve(image.pixels.size());
+  for (const uint8_t value : image.pixels) out.pixels.push_back(uint16_t(257 * value));
+  return out;
+}
+
+// A few frames of the middle group, and what a stream makes of them.
+class Trial {
+public:
+  Trial(const Plan &of, const SampledScene &sampled, const Tiling &cameras, double following)
+      : plan(of), scene(sampled), tiling(cameras), delta_frames(following), room(of.options.threads),
+        group(middle_group(of)), first(of.first_of(group)) {
+    while (count < std::min(plan.frames_of(group), tried_frames) && plan.has_mesh(first + count)) count++;
+    executor = [this](size_t items, const std::function<void(size_t)> &work) {
+      fvv::parallel(plan.options.threads, items, [&](size_t i) {
+        plan.observer.check_cancelled();
+        work(i);
+      });
+    };
+    frames.resize(count);
+    for (size_t i = 0; i < count; i++) load(i);
+  }
+
+  // 0: the group begins with an empty stage.
+  size_t frame_count() const { return count; }
+  int64_t first_frame() const { return plan.capture.frames.number(int64_t(first)); }
+
+  // Borrows all that it is given. NULL: those of the source. number: of frames.
+  std::vector<render::HeldOutFrame> with(const Meshes *meshes, const Pictures *pictures,
+                                         size_t number) const {
+    std::vector<render::HeldOutFrame> out;
+    for (size_t i = 0; i < number; i++)
+      out.push_back(shown(frames[i], meshes ? meshes->surfaces[i] : frames[i].source,
+                          pictures ? pictures->frames[i] : frames[i].pictures));
+    return out;
+  }
+
+  render::ViewOptions view_options(const fvv_texturing &texturing) const {
+    render::ViewOptions out;
+    out.blend = render::Blend(texturing.blend);
+    out.threshold = texturing.threshold;
+    out.best = std::min<uint32_t>(texturing.best, render::max_best);
+    out.depth_test.samples = 1; // as for the inset
+    out.depth_test.bias = texturing.depth_bias;
+    out.depth_test.slope = texturing.depth_slope;
+    out.inset = out.blend == render::Blend::paper && !plan.options.texture_inset ? 0 : texturing.inset;
+    out.executor = executor;
+    return out;
+  }
+
+  Meshes meshes(const MaxError &max_error) const;
+  // target: dB; none: as the options say.
+  Pictures pictures(std::optional<double> target);
+
+private:
+  struct Frame {
+    Surface source;
+    std::vector<std::optional<fvv_camera>> cameras; // of each tile; those without calibration show nothing
+    Tiles pictures;
+    std::vector<media::Image> masks; // empty ones count whole
+  };
+
+  void load(size_t i) {
+    Frame &frame = frames[i];
+    const int64_t number = plan.capture.frames.number(int64_t(first + i));
+    const geometry::Mesh mesh = frame_mesh(plan.capture, number);
+    const render::Vec3 origin = origin_of(plan.lattice.lattice);
+    frame.source = {render::positions_from(origin, mesh.positions), mesh.faces};
+    for (const VideoTrack &track : plan.tracks) {
+      const std::vector<fvv_tile> &tiles = track.tiles_of(group);
+      for (size_t k = 0; k < tiles.size(); k++) {
+        const scene::Camera &camera = plan.capture.cameras[track.tiling.cameras[k]];
+        frame.cameras.emplace_back();
+        if (!camera.is_calibrated(number)) continue;
+        const fvv_camera calibration = camera.calibration_at(number);
+        frame.cameras.back() = render::camera_from(origin, fvv_camera_of_tile(&calibration, &tiles[k]));
+      }
+      media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
+        if constexpr (!std::is_same_v<decltype(sample), float>) {
+          const auto picture = load_picture<decltype(sample)>(plan, track, first + i, true);
+          cut(track, deep(picture.image), frame.pictures);
+          if (picture.mask.pixels.empty())
+            frame.masks.resize(frame.pictures.size());
+          else
+            cut(track, picture.mask, frame.masks);
+        }
+        return 0;
+      });
+    }
+  }
+
+  template <class Image> void cut(const VideoTrack &track, const Image &from, std::vector<Image> &to) const {
+    for (const fvv_tile &tile : track.tiles_of(group)) {
+      const fvv_rect &at = tile.destination;
+      to.push_back(media::crop(from, at.x, at.y, at.width, at.height));
+    }
+  }
+
+  static render::HeldOutFrame shown(const Frame &frame, const Surface &surface, const Tiles &pictures) {
+    render::HeldOutFrame out = {surface.mesh(), {}};
+    for (size_t k = 0; k < frame.cameras.size(); k++)
+      if (frame.cameras[k])
+        out.views.push_back({{*frame.cameras[k], pictures[k].pixels.data()},
+                             frame.masks[k].pixels.empty() ? nullptr : frame.masks[k].pixels.data()});
+    return out;
+  }
+
+  template <class Sample> Pictures encode(const VideoTrack &track, std::optional<double> target);
+
+  const Plan &plan;
+  const SampledScene &scene;
+  const Tiling &tiling;
+  const double delta_frames;
+  EncoderRoom room;
+  render::Executor executor;
+  const size_t group, first;
+  size_t count = 0;
+  std::vector<Frame> frames;
+};
+
+template <class Sample> Pictures Trial::encode(const VideoTrack &track, std::optional<double> target) {
+  const media::VideoSettings settings = {plan.options.codec,          track.tiling.width,
+                                         track.tiling.height,         int(plan.options.quality.value),
+                                         plan.capture.frame_duration, plan.options.bit_depth};
+  std::vector<media::BasicImage<Sample>> loaded;
+  std::vector<media::Image> foreground;
+  bool masked = false;
+  for (size_t i = first; i < first + count; i++) {
+    Picture<Sample> picture = load_picture<Sample>(plan, track, i, true);
+    loaded.push_back(std::move(picture.image));
+    const std::vector<uint8_t> &mask = picture.mask.pixels;
+    masked = masked || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
+    foreground.push_back(std::move(picture.mask));
+  }
+  auto source = media::GroupSource<Sample>::borrowed(loaded, masked ? foreground : media::no_masks);
+  source.reserve = [this](uint64_t bytes) { return room.reserve(bytes); };
+  const media::MeasuredGroup measured =
+      target ? media::choose_quality(settings, source, *target) : media::encode_measured(settings, source);
+  Pictures out;
+  out.psnr = measured.psnr;
+  const fvv_video_config config = media::config_of(settings, measured.group);
+  media::Decoder decoder(config);
+  std::vector<size_t> bytes;
+  for (const media::Sample &sample : measured.group.samples) {
+    bytes.push_back(sample.bytes.size());
+    cut(track, decoder.decode<uint16_t>(sample.bytes.data(), sample.bytes.size()), out.frames.emplace_back());
+  }
+  out.bytes = of_group(bytes, plan.frames_of(group));
+  return out;
+}
+
+Pictures Trial::pictures(std::optional<double> target) {
+  std::vector<Pictures> tracks(plan.tracks.size());
+  executor(tracks.size(), [&](size_t k) {
+    media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
+      if constexpr (!std::is_same_v<decltype(sample), float>)
+        tracks[k] = encode<decltype(sample)>(plan.tracks[k], target);
+      return 0;
+    });
+  });
+  Pictures out;
+  out.psnr = INFINITY;
+  out.frames.resize(count);
+  for (Pictures &track : tracks) {
+    out.psnr = std::min(out.psnr, track.psnr);
+    out.bytes += track.bytes;
+    for (size_t i = 0; i < count; i++)
+      std::move(track.frames[i].begin(), track.frames[i].end(), std::back_inserter(out.frames[i]));
+  }
+  if (target) out.psnr = *target;
+  return out;
+}
+
+Meshes Trial::meshes(const MaxError &max_error) const {
+  Plan part = plan;
+  part.options.max_error = max_error;
+  part.options.track = Track::never; // takes long, and changes little of what is seen
+  part.tracking.on = false;
+  part.error = choose_budget(part.options, scene);
+  part.lattice = choose_lattice(part.options, scene, part.error, part.has_constant_topology, delta_frames);
+  part.groups = {{first, count, plan.tick_of(first), plan.tick_of(first + count - 1) + 1}};
+  MeshTrack track;
+  track.id = plan.meshes[0].id;
+  track.lattice = part.lattice;
+  track.decimation = choose_decimation(part.options, scene, part.error, part.lattice, part.normals);
+  track.loader = std::make_shared<MeshLoader>(part, track.decimation, tiling);
+  std::vector<MeshFrame> encoded;
+  if (part.has_constant_topology) {
+    encoded = encode_meshes(part, track, first, count);
+  } else {
+    std::vector<std::vector<MeshFrame>> each(count);
+    executor(count, [&](size_t i) { each[i] = encode_meshes(part, track, first + i, 1); });
+    for (std::vector<MeshFrame> &one : each) encoded.push_back(std::move(one[0]));
+  }
+  Meshes out;
+  out.max_error = max_error;
+  DecodedMeshes decoded(plan.capture.path);
+  std::vector<size_t> bytes;
+  for (size_t i = 0; i < encoded.size(); i++) {
+    bytes.push_back(encoded[i].payload.size());
+    const fvv_mesh &mesh = decoded.next(encoded[i], i + 1 < encoded.size() && !encoded[i + 1].key);
+    out.surfaces.push_back(
+        {metres_of(mesh, part.lattice.lattice), {mesh.faces, mesh.faces + 3 * size_t(mesh.face_count)}});
+  }
+  out.bytes = of_group(bytes, plan.frames_of(group));
+  return out;
+}
+
+// What candidates lose of what the source's meshes and pictures show, in the first frames.
+class Judge {
+public:
+  Judge(const Trial &of, const render::ViewOptions &how, size_t count)
+      : trial(of), options(how), number(count), frames(trial.with(nullptr, nullptr, count)),
+        drawn(frames, options), measure(frames, drawn), score(measure.held_out_sum(drawn)) {}
+
+  // Of cameras that are drawn from the others. NULL: those of the source.
+  render::ViewScore held_out(const Meshes *meshes, const Pictures *pictures) const {
+    return held_out(meshes, pictures, options);
+  }
+  render::ViewScore held_out(const Meshes *meshes, const Pictures *pictures,
+                             const render::ViewOptions &how) const {
+    return measure.held_out_sum(render::DrawnFrames(trial.with(meshes, pictures, number), how));
+  }
+  // Half-way between cameras, against the source.
+  render::ViewScore between(const Meshes *meshes, const Pictures *pictures) const {
+    return render::BetweenMeasure(frames, drawn)
+        .score(render::DrawnFrames(trial.with(meshes, pictures, number), options));
+  }
+  const render::ViewScore &of_source() const { return score; }
+  size_t pixels() const { return measure.pixels(); }
+
+private:
+  const Trial &trial;
+  const render::ViewOptions options;
+  const size_t number;
+  const std::vector<render::HeldOutFrame> frames;
+  const render::DrawnFrames drawn;
+  const render::ViewMeasure measure;
+  const render::ViewScore score;
+};
+
+fvv_texturing texturing_or_default(const Plan &plan) {
+  if (const std::optional<fvv_texturing> known = texturing_of(plan)) return *known;
+  fvv_texturing out;
+  fvv_texturing_default(&out);
+  return out;
+}
+
+// Of the ways of blending that options leave open the best for cameras that are drawn from the others.
+fvv_texturing choose_blend(const Plan &plan, const Trial &trial) {
+  const Options &options = plan.options;
+  const fvv_texturing given = texturing_or_default(plan);
+  const Judge judge(trial, trial.view_options(given), 1); // many ways, of which few differ by little
+  if (judge.pixels() < render::least_compared) return given;
+  fvv_texturing best = given;
+  const double before = judge.of_source().luma_error();
+  double least = before;
+  const auto consider = [&](const fvv_texturing &one) {
+    const double error = judge.held_out(nullptr, nullptr, trial.view_options(one)).luma_error();
+    if (!(error < least)) return;
+    least = error;
+    best = one;
+  };
+  for (const uint8_t blend : {uint8_t(FVV_BLEND_VIEWER), uint8_t(FVV_BLEND_PAPER)})
+    for (const double threshold : {0.05, 0.15, 0.25}) {
+      fvv_texturing one = given;
+      one.blend = blend;
+      one.threshold = threshold;
+      const bool open = (!options.texture_blend || blend == given.blend) &&
+                        (!options.texture_threshold || threshold == 0.05);
+      if (options.texture_threshold) one.threshold = given.threshold;
+      if (open && (blend != given.blend || one.threshold != given.threshold)) consider(one);
+    }
+  const fvv_texturing so_far = best;
+  for (const uint8_t cameras : {uint8_t(2), uint8_t(4)}) {
+    fvv_texturing one = so_far;
+    one.best = cameras;
+    if (!options.texture_best) consider(one);
+  }
+  return render::loss_db(least, before) >= least_blend_gain ? best : given;
+}
+
+// What pictures of a quality lose, by those that were tried.
+class PictureCurve {
+public:
+  struct Point {
+    Pictures pictures;
+    double error;
+  };
+  explicit PictureCurve(std::vector<Point> by_rising_psnr) : points(std::move(by_rising_psnr)) {}
+
+  const Pictures &finest() const { return points.back().pictures; }
+  double lowest() const { return points.front().pictures.psnr; }
+  double highest() const { return points.back().pictures.psnr; }
+  double bytes(double psnr) const {
+    return std::exp(between(
+        psnr, [](double db) { return db; }, [](const Point &p) { return std::log(p.pictures.bytes); }));
+  }
+  // Errors rise as the noise does.
+  double error(double psnr) const {
+    return between(
+        psnr, [](double db) { return std::pow(10, -db / 10); }, [](const Point &p) { return p.error; });
+  }
+
+private:
+  template <class At, class Value> double between(double psnr, const At &at, const Value &value) const {
+    size_t k = 1;
+    while (k + 1 < points.size() && points[k].pictures.psnr < psnr) k++;
+    if (points.size() == 1) return value(points[0]);
+    const Point &a = points[k - 1], &b = points[k];
+    const double part = (at(psnr) - at(a.pictures.psnr)) / (at(b.pictures.psnr) - at(a.pictures.psnr));
+    return value(a) + part * (value(b) - value(a));
+  }
+
+  std::vector<Point> points;
+};
+
+struct TriedMeshes {
+  Meshes meshes;
+  double error;
+};
+
+// First those of the budget that holds without the choice. Then finer ones, as long as they gain more than
+// the goal, and coarser ones, as long as they lose no more than that.
+std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const Judge &judge, double goal) {
+  std::vector<TriedMeshes> out;
+  const auto attempt = [&](const MaxError &error) {
+    Meshes meshes = trial.meshes(error);
+    const double seen = judge.held_out(&meshes, nullptr).luma_error();
+    out.push_back({std::move(meshes), seen});
+    return render::loss_db(out[0].error, seen);
+  };
+  attempt({plan.error.value, plan.error.is_length ? MaxError::metres : MaxError::pixels});
+  const Options &options = plan.options;
+  if (options.max_error || plan.error.is_length || options.step || options.triangles ||
+      options.keep_geometry || !plan.meshes[0].decimation.on)
+    return out;
+  for (const double pixels : finer_errors)
+    if (attempt({pixels, MaxError::pixels}) > -goal) break;
+  for (const double pixels : coarser_errors)
+    if (attempt({pixels, MaxError::pixels}) > goal) break;
+  return out;
+}
+
+PictureCurve try_pictures(const Plan &plan, Trial &trial, const Judge &judge) {
+  std::vector<PictureCurve::Point> points;
+  const auto attempt = [&](std::optional<double> target) {
+    Pictures pictures = trial.pictures(target);
+    const double error = judge.held_out(nullptr, &pictures).luma_error();
+    points.push_back({std::move(pictures), error});
+  };
+  const Quality &quality = plan.options.quality;
+  if (quality.by_default)
+    for (const double target : tried_psnr) attempt(target);
+  else
+    attempt(quality.is_psnr ? std::optional<double>(quality.value) : std::nullopt);
+  return PictureCurve(std::move(points));
+}
+
+struct Combination {
+  size_t meshes = 0;
+  double psnr = 0, bytes = 0, error = 0;
+};
+
+// All of meshes and pictures, with errors added up.
+std::vector<Combination> combinations(const Judge &judge, const std::vector<TriedMeshes> &meshes,
+                                      const PictureCurve &curve) {
+  std::vector<Combination> out;
+  for (size_t k = 0; k < meshes.size(); k++)
+    for (double psnr = curve.lowest(); psnr <= curve.highest(); psnr += psnr_step)
+      out.push_back({k, psnr, meshes[k].meshes.bytes + curve.bytes(psnr),
+                     meshes[k].error + std::max(0.0, curve.error(psnr) - judge.of_source().luma_error())});
+  return out;
+}
+
+// Of those that are hardly larger than the first and lose at most the goal against it: the fewest bytes,
+// where a loss as large as the goal counts as much as some bytes.
+Combination cheapest(const std::vector<Combination> &all, const Combination &by_default, double goal) {
+  Combination best = by_default;
+  const auto price = [&](const Combination &one) {
+    return std::log(one.bytes) + bytes_of_goal * render::loss_db(by_default.error, one.error) / goal;
+  };
+  for (const Combination &one : all)
+    if (one.bytes <= most_growth * by_default.bytes && render::loss_db(by_default.error, one.error) <= goal &&
+        price(one) < price(best))
+      best = one;
+  return best;
+}
+
+std::string obstacle(const Plan &plan) {
+  const bool encoded = std::any_of(plan.tracks.begin(), plan.tracks.end(),
+                                   [](const VideoTrack &t) { return bool(t.encoded); });
+  size_t cameras = 0;
+  for (const VideoTrack &track : plan.tracks) cameras += track.tiling.cameras.size();
+  return !plan.has_meshes()                     ? "there are no meshes"
+         : plan.capture.atlas                   ? "the atlas has the colours of the surface"
+         : encoded                              ? "pictures that come encoded stay as they are"
+         : cameras < 2                          ? "there are no two cameras with pictures"
+         : plan.options.codec == FVV_CODEC_OEXR ? "pictures in OpenEXR stay as they are"
+         : plan.options.bit_rate                ? "the bit rate decides about pictures"
+                                                : "";
+}
+
+} // namespace
+
+ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, const Tiling &tiling,
+                               double delta_frames) {
+  ViewChoice choice;
+  if (!plan.options.view_loss) return choice;
+  choice.goal = *plan.options.view_loss;
+  choice.reason = obstacle(plan);
+  if (!choice.reason.empty()) return choice;
+  Trial trial(plan, scene, tiling, delta_frames);
+  if (!trial.frame_count()) {
+    choice.reason = "the middle group begins with an empty stage";
+    return choice;
+  }
+  const fvv_texturing given = texturing_or_default(plan);
+  choice.texturing = choose_blend(plan, trial);
+  const Judge judge(trial, trial.view_options(choice.texturing), trial.frame_count());
+  if (judge.pixels() < render::least_compared) {
+    choice.reason = "cameras share too little surface to tell what views lose";
+    return choice;
+  }
+  choice.on = true;
+  choice.frame = trial.first_frame();
+  choice.frames = trial.frame_count();
+  const std::vector<TriedMeshes> meshes = try_meshes(plan, trial, judge, choice.goal);
+  const PictureCurve curve = try_pictures(plan, trial, judge);
+  const std::vector<Combination> all = combinations(judge, meshes, curve);
+  // Meshes as they would be, and the best pictures that were tried.
+  const Combination by_default = *std::find_if(all.begin(), all.end(), [&](const Combination &one) {
+    return one.meshes == 0 && one.psnr + psnr_step > curve.highest();
+  });
+  const Combination best = cheapest(all, by_default, choice.goal);
+  const Meshes &chosen = meshes[best.meshes].meshes;
+  const bool has_target = plan.options.quality.by_default || plan.options.quality.is_psnr;
+  const Pictures pictures = trial.pictures(has_target ? std::optional<double>(best.psnr) : std::nullopt);
+  const render::ViewScore seen = judge.held_out(&chosen, &pictures);
+  choice.psnr = best.psnr;
+  choice.max_error = chosen.max_error;
+  choice.bytes = chosen.bytes + pictures.bytes;
+  choice.held_out_psnr = seen.psnr();
+  choice.held_out_ssim = seen.ssim();
+  choice.between_psnr = judge.between(&chosen, &pictures).psnr();
+  choice.finest_psnr = judge.of_source().psnr();
+  choice.finest_ssim = judge.of_source().ssim();
+  choice.default_bytes = by_default.bytes;
+  choice.default_psnr = judge.held_out(&meshes[0].meshes, &curve.finest(), trial.view_options(given)).psnr();
+  choice.loss = choice.default_psnr - choice.held_out_psnr;
+  if (choice.loss > choice.goal)
+    choice.reason = "the errors of meshes and pictures add up to more than was expected";
+  return choice;
+}
+
+} // namespace fvv::mux

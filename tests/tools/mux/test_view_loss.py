@@ -1,0 +1,79 @@
+"""fvvmux --view-loss: what a scene needs is chosen by cameras that are drawn from the others."""
+
+import pytest
+from conftest import figures, run
+
+SMALL = "--rig", "small", "--cameras", 7, "--size", "192x112", "--frames", 6
+GOAL = "--view-loss", "0.1dB"
+
+
+@pytest.fixture(scope="module")
+def captures(tmp_path_factory):
+    root = tmp_path_factory.mktemp("captures")
+    run("fvvsynth", *SMALL, "-o", root / "tracked")
+    run("fvvsynth", *SMALL, "--meshes", "hull", "--hull-cells", 64, "-o", root / "hull")
+    return root
+
+
+# In so small pictures meshes take more bytes than usual.
+@pytest.mark.parametrize("name, most", [("tracked", 0.95), ("hull", 0.85)])
+def test_bytes_fall_and_views_do_not(captures, name, most, tmp_path):
+    before = figures("fvvmux", captures / name, "-o", tmp_path / "a.fvv")
+    after = figures("fvvmux", captures / name, "-o", tmp_path / "b.fvv", *GOAL, "--verify")
+    found = after["view_loss"]
+    assert "view_loss" not in before
+    assert found["measured"] and found["goal"] == 0.1
+    assert found["loss"] <= 0.1
+    assert found["loss"] == pytest.approx(found["default"]["psnr"] - found["chosen"]["psnr"])
+    assert found["finest"]["psnr"] > found["chosen"]["psnr"] - 0.5
+    assert 38 <= found["picture_psnr"] < 42
+    assert after["bytes"] < most * before["bytes"]
+    assert after["budget"]["max_error"] == found["max_error"]
+    assert after["verified"]["psnr"] > 37
+
+
+def test_what_is_chosen_is_what_options_would_set(captures, tmp_path):
+    after = figures("fvvmux", captures / "hull", "-o", tmp_path / "a.fvv", *GOAL)["view_loss"]
+    texturing = (
+        "--texture-blend", after["blend"], "--texture-threshold", after["threshold"], "--texture-best", after["best"],
+    )  # fmt: skip
+    usual = after["blend"] == "viewer" and after["threshold"] == 0.05 and after["best"] == 3
+    run(
+        "fvvmux", captures / "hull", "-o", tmp_path / "b.fvv", "--quality", f"{after['picture_psnr']}dB",
+        "--max-error", after["max_error"], *(() if usual else texturing),
+    )  # fmt: skip
+    assert (tmp_path / "a.fvv").read_bytes() == (tmp_path / "b.fvv").read_bytes()
+
+
+def test_options_override_the_choice(captures, tmp_path):
+    stream = ("-o", tmp_path / "a.fvv", "--force", *GOAL)
+    after = figures("fvvmux", captures / "tracked", *stream, "--quality", "41dB", "--max-error", 0.25)
+    assert after["view_loss"]["picture_psnr"] == 41
+    assert after["budget"]["max_error"] == 0.25
+    assert figures("fvvmux", captures / "tracked", *stream, "--quality", 24)["video"]["quality"] == 24
+
+
+def test_what_cannot_be_measured_stays_and_says_why(captures, tmp_path):
+    for options, reason in (
+        (("--no-meshes",), "no meshes"),
+        (("--cameras", 0), "no two cameras"),
+        (("--bitrate", "200k"), "bit rate"),
+    ):
+        out = ("-o", tmp_path / "a.fvv", "--force", *options)
+        run("fvvmux", captures / "tracked", *out)
+        before = (tmp_path / "a.fvv").read_bytes()
+        found = figures("fvvmux", captures / "tracked", *out, *GOAL)["view_loss"]
+        assert not found["measured"] and reason in found["reason"]
+        assert (tmp_path / "a.fvv").read_bytes() == before
+
+
+def test_threads_change_nothing(captures, tmp_path):
+    for threads in 1, 3:
+        run("fvvmux", captures / "tracked", "-o", tmp_path / f"{threads}.fvv", *GOAL, "--threads", threads)
+    assert (tmp_path / "1.fvv").read_bytes() == (tmp_path / "3.fvv").read_bytes()
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "11dB", "0.1px", ""])
+def test_other_values_are_refused(captures, value, tmp_path):
+    done = run("fvvmux", captures / "tracked", "-o", tmp_path / "a.fvv", "--view-loss", value, code=2)
+    assert "--view-loss" in done.stderr
