@@ -1,7 +1,9 @@
 """Delta frames: the encoder of clauses 8.7 to 8.9 of spec/fvv.md."""
 
+from collections import defaultdict
+
 from reference.container import uleb128
-from reference.mesh_delta import STATE_MAX, Levels, around_class, predicted, sign
+from reference.mesh_delta import STATE_MAX, Levels, around_class, places, predicted, replaced, sign
 
 from .coder import Encoder, contexts
 from .meshes import DELTA
@@ -12,14 +14,30 @@ class Motion:
     decoder, within half a step of the target."""
 
     def __init__(self, key):
-        self.key = key
         self.states = [[4 * x for x in p] for p in key.positions]
-        hierarchy = Levels(key.positions, [tuple(face) for face in key.faces])
-        self.levels, self.stencils = hierarchy.levels, hierarchy.stencils
-        self.contexts = [contexts() for _ in self.levels]
+        self.tables = defaultdict(contexts)
+        self._begin(key)
         self.before = [[0] * 3 for _ in key.positions]
         self.last = [[0] * 3 for _ in key.positions]
         self.number = 0
+
+    def _begin(self, key):
+        self.key = key
+        hierarchy = Levels(key.positions, [tuple(face) for face in key.faces])
+        self.levels, self.stencils = hierarchy.levels, hierarchy.stencils
+        self.contexts = [self.tables[place] for place in places(hierarchy)]
+        return hierarchy
+
+    def replace(self, key, kept):
+        """Clause 8.14: goes on with another mesh, which has the vertices that are kept, by number, and those of a patch."""
+        of_patch = key.positions[len(kept) :]
+        self.states = replaced(self.states, kept, [[4 * x for x in p] for p in of_patch])
+        self.before = replaced(self.before, kept, [[0] * 3 for _ in of_patch])
+        self.last = replaced(self.last, kept, [[0] * 3 for _ in of_patch])
+        hierarchy = self._begin(key)
+        for vertex in hierarchy.twins:
+            if vertex >= len(kept):
+                self.states[vertex] = list(self.states[hierarchy.node[vertex]])
 
     def positions(self):
         return [tuple(x + 2 >> 2 for x in state) for state in self.states]

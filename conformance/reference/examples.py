@@ -166,11 +166,11 @@ def visibility():
 
 
 def patched():
-    frames = [[face in absent for face in range(10)] for absent in ((), (3, 4, 5), (4, 5, 6))]
-    first, second = (points(runs(*pair)) for pair in zip(frames, frames[1:]))
+    first = points(runs([face in (3, 4, 5) for face in range(10)]))
+    second = points(runs([face == 0 or face >= 7 for face in range(9)]))
     return [
-        "A key mesh has 10 faces. Its first patched frame leaves out faces 3, 4 and 5, the second, which follows",
-        "it, faces 4, 5 and 6. The runs are",
+        "A base mesh has 10 faces. A patched frame leaves out faces 3, 4 and 5, and has a patch of 2 faces, which",
+        "become faces 7 and 8. The next patched frame leaves out these and face 0. The runs are",
         "",
         f"    first     {first}",
         f"    second    {second}",

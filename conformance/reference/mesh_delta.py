@@ -23,7 +23,7 @@ class Levels:
         self.positions = positions
         self.stencils = [[] for _ in positions]
         point = {}
-        node = [point.setdefault(tuple(p), vertex) for vertex, p in enumerate(positions)]
+        self.node = node = [point.setdefault(tuple(p), vertex) for vertex, p in enumerate(positions)]
         self.twins = [vertex for vertex in range(len(positions)) if node[vertex] != vertex]
         self.neighbours = {vertex: set() for vertex in point.values()}
         for corners in faces:
@@ -119,17 +119,43 @@ def predicted(former, moved, step):
     return max(-STATE_MAX, min(STATE_MAX, state))
 
 
+def places(levels):
+    """Clause 8.14: for each level what its contexts are kept under, twins or its distance from the last other level."""
+    others = len(levels.levels) - bool(levels.twins)
+    return [others - 1 - i for i in range(others)] + ["twins"] * bool(levels.twins)
+
+
+def replaced(rows, kept, fresh):
+    """Rows of vertices: those that are kept, then those of a patch."""
+    return [rows[vertex] for vertex in kept] + fresh
+
+
 class Sequence:
     """A key mesh and the delta frames after it: clause 8.9."""
 
     def __init__(self, key):
         self.states = [[4 * x for x in p] for p in key.positions]
-        self.hierarchy = Levels(key.positions, key.faces)
-        # One table for each level; its key is what selects the context.
-        self.contexts = [defaultdict(lambda: [32768, 32768]) for _ in self.hierarchy.levels]
+        # A table for each level; its key is what selects the context.
+        self.tables = defaultdict(lambda: defaultdict(lambda: [32768, 32768]))
+        self._begin(key.positions, key.faces)
         self.before = [[0] * 3 for _ in key.positions]
         self.last = [[0] * 3 for _ in key.positions]
         self.frame = 0
+
+    def _begin(self, positions, faces):
+        self.hierarchy = Levels(positions, faces)
+        self.contexts = [self.tables[place] for place in places(self.hierarchy)]
+
+    def replace(self, kept, patch, faces):
+        """Clause 8.14: goes on with other faces, the vertices that are kept, by number, and the positions of a patch."""
+        nothing = [[0] * 3 for _ in patch]
+        self.states = replaced(self.states, kept, [[4 * x for x in p] for p in patch])
+        self.before = replaced(self.before, kept, nothing)
+        self.last = replaced(self.last, kept, [list(row) for row in nothing])
+        self._begin(self.positions(), faces)
+        for vertex in self.hierarchy.twins:
+            if vertex >= len(kept):
+                self.states[vertex] = list(self.states[self.hierarchy.node[vertex]])
 
     def positions(self):
         """The positions of the last frame."""

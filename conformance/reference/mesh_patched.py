@@ -15,26 +15,26 @@ class Parts:
         self.delta = at + absent + patch
 
 
-def changed(before, data):
-    """The flags of faces that are left out, by those of the previous frame and the bytes of `absent`."""
-    numbers, after, change = Numbers(data, 0, 3034), [], False
+def left_out(data, faces):
+    """For each of the faces of the base mesh whether the bytes of `absent` leave it out."""
+    numbers, flags, absent = Numbers(data, 0, 3034), [], False
     while numbers.at < len(data):
         first = numbers.at == 0
         length = numbers.next()
         demand(first or length, 3034, "a run of no face")
-        demand(len(after) + length <= len(before), 3034, "runs of too many faces")
-        after += [flag != change for flag in before[len(after) : len(after) + length]]
-        change = not change
-    demand(len(after) == len(before), 3034, f"runs of {len(after)} faces, expected {len(before)}")
-    return after
+        demand(len(flags) + length <= faces, 3034, "runs of too many faces")
+        flags += [absent] * length
+        absent = not absent
+    demand(len(flags) == faces, 3034, f"runs of {len(flags)} faces, expected {faces}")
+    return flags
 
 
-def runs(before, after):
-    """The lengths that lead from the flags of one frame to those of the next."""
-    lengths, change = [0], False
-    for old, new in zip(before, after):
-        if (old != new) != change:
+def runs(flags):
+    """The lengths of the runs of equal flags; the first is that of faces that remain."""
+    lengths, absent = [0], False
+    for flag in flags:
+        if flag != absent:
             lengths.append(0)
-            change = not change
+            absent = not absent
         lengths[-1] += 1
     return lengths

@@ -47,18 +47,24 @@ void write_delta(const fuzz::Folder &folder, const std::string &name, const fvv_
   append_part(out, key);
   fvv_mesh_sequence *sequence = nullptr;
   fuzz::expect(fvv_mesh_sequence_open(&mesh, nullptr, &sequence, nullptr) == FVV_OK, "a mesh may be a key");
-  std::vector<int32_t> positions(mesh.lattice, mesh.lattice + 3 * size_t(mesh.vertex_count));
-  // Frames 2 and 3 are patched: the key mesh again is in the place of a growing part of its faces.
-  std::vector<uint8_t> absent(mesh.face_count);
-  for (int frame = 1; frame < 5; frame++) {
+  // Frames 2, 3 and 5 are patched: the key mesh again is in the place of a growing part of the faces, at last
+  // of all; frame 5 adds nothing.
+  for (int frame = 1; frame < 7; frame++) {
+    const fvv_mesh &now = *fvv_mesh_sequence_mesh(sequence);
+    std::vector<int32_t> positions(now.lattice, now.lattice + 3 * size_t(now.vertex_count));
     for (size_t i = 0; i < positions.size(); i++)
       positions[i] += int32_t(i % 3 == 0 ? frame : positions[i] / 40 % 3);
-    std::fill_n(absent.begin(), absent.size() * size_t(frame) / 5, uint8_t(1));
-    const fvv_mesh_patch patch = {
-        sizeof patch, absent.data(), &mesh, nullptr, uint8_t(frame == 2 ? FVV_MESH_RAW : FVV_MESH_FAST), 0};
+    std::vector<uint8_t> absent(now.face_count);
+    std::fill_n(absent.begin(), frame == 3 ? absent.size() : absent.size() / 2, uint8_t(1));
+    const fvv_mesh_patch patch = {sizeof patch,
+                                  absent.data(),
+                                  frame == 5 ? nullptr : &mesh,
+                                  nullptr,
+                                  uint8_t(frame == 2 ? FVV_MESH_RAW : FVV_MESH_FAST),
+                                  0};
     fuzz::Payload payload;
     const fvv_status status =
-        frame == 2 || frame == 3
+        frame == 2 || frame == 3 || frame == 5
             ? fvv_mesh_sequence_encode_patched(sequence, positions.data(), nullptr, &patch, &payload.bytes,
                                                nullptr)
             : fvv_mesh_sequence_encode(sequence, positions.data(), nullptr, &payload.bytes, nullptr);

@@ -67,7 +67,6 @@ private:
     std::vector<uint8_t> colours;
     fvv::check(colours_of(stream, *configuration, place, track->id, colours, diagnostic),
                "frame " + std::to_string(frame.number), diagnostic);
-    leave_out_unused(mesh, colours);
     const fvv_scene &now = configuration->scene;
     if (!run.frames.empty() && (!is_same_place(scene, now) || !goes_on(mesh, colours, seconds(frame))))
       finish();

@@ -111,7 +111,6 @@ public:
     if (has_mesh) {
       const fvv_status found = colours_of(stream, configured, frame, *mesh_track, colours, diagnostic);
       if (found < 0) return why_lost(found, diagnostic);
-      leave_out_unused(mesh, colours);
     }
     if (!why.empty()) return why;
     const bool empty = mesh_track && !has_mesh && !has_valid_mesh(frame);

@@ -1,5 +1,7 @@
 """Whole and faulty patched frames, and their colours and visibility: clauses 8.14, 17 and 19."""
 
+import struct
+
 from reference.container import uleb128
 
 from .. import colours, media, meshes, payloads
@@ -16,6 +18,7 @@ from .visibility_cases import begun, centres, level, seen
 
 GRID = meshes.grid(8, 6)
 FULL = meshes.with_normals(meshes.textured(GRID))
+SHEET = meshes.grid(20, 14)
 HOLE = range(20, 36)
 
 
@@ -25,7 +28,7 @@ def stream(shape, frames, key=meshes.raw):
     s.begin(0, len(frames) + 1)
     s.chunk("MESH", key(shape), 1, 0, True)
     for time, make in enumerate(frames, 1):
-        s.chunk("MESH", make(state, moved(shape.positions, time)), 1, time)
+        s.chunk("MESH", make(state, moved(state.positions(), 1)), 1, time)
     s.end()
     s.finish()
     return s
@@ -62,6 +65,18 @@ def everything(state, target):
     return state.patched(target, range(len(state.key.faces)), meshes.OCTAHEDRON)
 
 
+def all_of_sheet(state, target):
+    return state.patched(target, range(len(state.key.faces)), SHEET)
+
+
+def seamed():
+    """The grid in two halves, with vertices of their own on the same points where they meet."""
+    halves = [cut(GRID, GRID.positions, faces) for faces in (range(34), range(34, len(GRID.faces)))]
+    first = len(halves[0].positions)
+    faces = halves[0].faces + [tuple(first + v for v in face) for face in halves[1].faces]
+    return GRID._replace(positions=halves[0].positions + halves[1].positions, faces=faces)
+
+
 def unchanged(state, target):
     return state.patched(target)
 
@@ -73,27 +88,60 @@ def whole():
     case("one", "A patch in the place of 16 faces of a sheet.", out())
     case(
         "moves",
-        "The faces that are left out change from frame to frame.",
+        "Patches one after the other, in other places.",
         out(),
         out(range(18, 30)),
         out([*range(4), *range(40, 44)], 3),
         out(range(40, 44)),
     )
     case(
-        "plain_between", "A delta frame between patched ones leaves nothing out.", out(), plain, out(), plain
+        "of_patch",
+        "Patched frames leave out some and all of the faces of the patch before.",
+        out(),
+        out(range(60, 70), 2),
+        out(range(60, 70)),
+        plain,
+        out([*range(5), *range(58, 64)]),
+        plain,
+    )
+    case("plain_between", "Delta frames move the mesh with its patches.", out(), plain, out(), plain, plain)
+    case(
+        "seam",
+        "Patches across a seam: twins that remain, and some whose node is dropped.",
+        plain,
+        out(range(30, 40)),
+        plain,
+        out(range(28, 36), 1),
+        plain,
+        shape=seamed(),
+    )
+    case(
+        "levels",
+        "Patched frames with fewer levels than the mesh before, and with more.",
+        plain,
+        everything,
+        plain,
+        all_of_sheet,
+        plain,
+        out(range(90, 140)),
+        plain,
+        shape=SHEET,
     )
     case("hole", "Faces are left out, and there is no patch.", hole, hole)
     case("added", "A patch is added, and no face is left out.", added)
-    case("everything", "All faces of the key mesh are left out.", everything, plain)
+    case("everything", "All faces are left out.", everything, plain)
     case("unchanged", "A patched frame without a patch that leaves nothing out.", unchanged, plain)
     case("first_face", "The first run has no face.", out(range(3)), out(range(1)))
     case("last_face", "The last face is left out.", out([len(GRID.faces) - 1]))
     case(
         "full",
-        "Texture coordinates and sent normals of key mesh and patch.",
+        "Texture coordinates and sent normals of key mesh and patches.",
         out(),
         plain,
         out(range(8)),
+        plain,
+        out(range(50, 66), 4),
+        plain,
         shape=FULL,
     )
     case(
@@ -118,14 +166,15 @@ def groups():
         s.begin(start, start + 3)
         s.chunk("MESH", meshes.raw(GRID), 1, start, True)
         for time in 1, 2:
-            s.chunk("MESH", out()(state, moved(GRID.positions, time)), 1, start + time)
+            s.chunk("MESH", out()(state, moved(state.positions(), 1)), 1, start + time)
         s.end()
     s.finish()
     return s
 
 
 def coloured(texr=None, of_patch=(True, False, True)):
-    """Key mesh, patched frames with and without colours of their patch, delta frames between them."""
+    """Key mesh, patched frames with and without colours of their patch, delta frames between them. The third one leaves
+    out faces of the patches before."""
     s = opened(*COLOUR_TRACKS)
     if texr:
         s.chunk("TEXR", texr)
@@ -134,20 +183,21 @@ def coloured(texr=None, of_patch=(True, False, True)):
     s.chunk("MESH", meshes.raw(GRID), 1, 0, True)
     s.chunk("COLR", colours.payload(GRID, smooth), COLOUR_TRACK, 0, True)
     for i, own in enumerate(of_patch):
-        time, target = 2 * i + 1, moved(GRID.positions, i + 1)
-        patch = cut(GRID, target, range(10 * i, 10 * i + 12))
-        s.chunk("MESH", state.patched(target, range(10 * i, 10 * i + 12), patch), 1, time)
+        time, target = 2 * i + 1, moved(state.positions(), 1)
+        faces = range(12), range(10, 22), range(50, 64)
+        patch = cut(state.key, target, faces[i])
+        s.chunk("MESH", state.patched(target, faces[i], patch), 1, time)
         if own:
             s.chunk("COLR", colours.payload(patch, lambda c: smooth(c)[::-1]), COLOUR_TRACK, time, True)
-        s.chunk("MESH", state.frame(target), 1, time + 1)
+        s.chunk("MESH", state.frame(moved(state.positions(), 1)), 1, time + 1)
     s.end()
     s.finish()
     return s
 
 
 def ball_with_patch():
-    """A ball 1 m above the ground that moves, and whose side is replaced in frames 1 and 2 by a patch that stands out. For
-    players: render/vectors.py draws frame 2."""
+    """A ball 1 m above the ground that moves. Its side is replaced in frame 1 by a patch that stands out, and the top of
+    that in frame 2 by another. For players: render/vectors.py draws frame 2."""
     ball = meshes.ball(24, 36, 700).moved(y=900)
     s, state = opened(*COLOUR_TRACKS), Patches(ball)
     s.begin(0, 3)
@@ -156,17 +206,17 @@ def ball_with_patch():
         "COLR", colours.payload(ball, lambda c: (24 + c[1] % 20, c[0], c[2]), size=100), COLOUR_TRACK, 0, True
     )
     for time in 1, 2:
-        moving = ball.moved(x=40 * time)
+        moving = state.shape().moved(x=40)
         faces = [
             i
-            for i, face in enumerate(ball.faces)
-            if all(ball.positions[v][2] > 350 and ball.positions[v][1] > 700 + 200 * time for v in face)
+            for i, face in enumerate(moving.faces)
+            if all(moving.positions[v][2] > 350 and moving.positions[v][1] > 700 + 200 * time for v in face)
         ]
-        patch = cut(ball, moving.positions, faces)
+        patch = cut(moving, moving.positions, faces)
         out = [(x, y, z + (y - 900) // 4) for x, y, z in patch.positions]
         patch = patch._replace(positions=out)
         s.chunk("MESH", state.patched(moving.positions, faces, patch), 1, time)
-        own = colours.payload(patch, lambda c: (44, -8 + c[0] % 4, 6), size=100)
+        own = colours.payload(patch, lambda c, t=time: (44, -8 + c[0] % 4, 18 - 12 * t), size=100)
         s.chunk("COLR", own, COLOUR_TRACK, time, True)
     s.end()
     s.finish()
@@ -221,31 +271,27 @@ def coloured_cases():
     wrong("patched_colours_of_none", "Colours of a patched frame without a patch.", of_none)
 
 
-def whole_shape(state, target, patch):
-    """The mesh of a patched frame, for which HOLE is left out."""
-    first = len(state.key.positions)
-    kept = [face for i, face in enumerate(state.key.faces) if i not in HOLE]
-    faces = kept + [tuple(first + v for v in face) for face in patch.faces]
-    return state.key._replace(positions=[*state.positions(), *patch.positions], faces=faces)
-
-
 def visible(wrong=False):
-    """VISI of a key mesh, a patched frame and a delta frame. wrong: the patched one has the vertices of the key mesh."""
+    """VISI of a key mesh, of patched frames and of the delta frames after them, whose chunks go on. wrong: that of the
+    first patched one has the vertices of the key mesh."""
     s, state = begun(), Patches(GRID)
-    s.begin(0, 3)
-    for time in range(3):
-        target = moved(GRID.positions, 3 * time)
-        patch = cut(GRID, target, HOLE)
+    s.begin(0, 5)
+    weights = None
+    for time in range(5):
+        target = moved(state.positions(), 3)
         if time == 0:
-            payload, shape = meshes.raw(GRID), GRID
-        elif time == 1:
-            payload = state.patched(target, HOLE, patch)
-            shape = GRID if wrong else whole_shape(state, target, patch)
+            payload = meshes.raw(GRID)
+        elif time % 2:
+            payload = state.patched(target, HOLE, cut(state.key, target, HOLE))
         else:
-            payload, shape = state.frame(target), GRID._replace(positions=state.positions())
+            payload = state.frame(target)
         s.chunk("MESH", payload, 1, time, time == 0)
-        seen_at = Weights(shape).chunk(centres(0, 1, 7), seen, level)
-        s.chunk("VISI", seen_at, SEEN_TRACK, time, True, **({"fault": 6005} if wrong and time == 1 else {}))
+        shape, key = state.shape(), time == 0 or time % 2 == 1
+        fault = {"fault": 6005} if wrong and time == 1 else {}
+        if key:
+            weights = Weights(GRID if fault else shape)
+        seen_at = weights.chunk(centres(0, 1, 7), seen, level, positions=None if key else shape.positions)
+        s.chunk("VISI", seen_at, SEEN_TRACK, time, key, **fault)
     s.end()
     s.finish()
     return s
@@ -259,9 +305,9 @@ def fault(name, title, issue, change, shape=GRID, clauses="8.14"):
         s.begin(2, 9)
         s.chunk("MESH", meshes.raw(shape), 1, 2, True)
         s.chunk("MESH", out()(state, moved(shape.positions, 1)), 1, 3)
-        target = moved(shape.positions, 2)
-        s.chunk("MESH", change(state, target, cut(shape, target, HOLE)), 1, 4, fault=issue)
-        s.chunk("MESH", state.frame(moved(shape.positions, 3)), 1, 5)
+        target = moved(state.positions(), 1)
+        s.chunk("MESH", change(state, target, cut(state.key, target, HOLE)), 1, 4, fault=issue)
+        s.chunk("MESH", state.frame(moved(state.positions(), 1)), 1, 5)
         s.end()
 
     faulty(f"patched_{name}", title, clauses, lambda: between(middle))
@@ -282,10 +328,9 @@ def spoilt(at, value):
 
 def with_counts(vertices=0, faces=0):
     def make(state, target, patch):
-        counts = len(GRID.positions) + len(patch.positions), len(GRID.faces) - len(HOLE) + len(patch.faces)
-        return state.patched(
-            target, HOLE, patch, vertex_count=counts[0] + vertices, face_count=counts[1] + faces
-        )
+        payload = state.patched(target, HOLE, patch)
+        counts = struct.pack("<2I", len(state.key.positions) + vertices, len(state.key.faces) + faces)
+        return payload[:4] + counts + payload[12:]
 
     return make
 
@@ -318,8 +363,8 @@ def faults():
         3033,
         lambda s, t, p: s.patched(t, HOLE, p)[:16],
     )
-    fault("runs_short", "The runs have a face less than the key mesh.", 3034, with_(lengths=[count - 1]))
-    fault("runs_long", "The runs have a face more than the key mesh.", 3034, with_(lengths=[count + 1]))
+    fault("runs_short", "The runs have a face less than the base mesh.", 3034, with_(lengths=[count - 1]))
+    fault("runs_long", "The runs have a face more than the base mesh.", 3034, with_(lengths=[count + 1]))
     fault("runs_huge", "A run of 2^64 - 1 faces.", 3034, with_(lengths=[1, 2**64 - 1]))
     fault("runs_none", "There are no runs.", 3034, with_(lengths=[]))
     fault("run_empty", "The second run has no face.", 3034, with_(lengths=[5, 0, count - 5]))
@@ -332,36 +377,37 @@ def faults():
         clauses="2.3 8.14",
     )
     fault("run_cut", "The last run is cut.", 3034, with_(lengths=bytes([count | 128])))
-    fault("vertices_more", "A vertex more than key mesh and patch have.", 3035, with_counts(vertices=1))
+    fault("vertices_more", "A vertex more than remains with the patch.", 3035, with_counts(vertices=1))
+    fault("vertices_less", "A vertex less than remains with the patch.", 3035, with_counts(vertices=-1))
     fault(
-        "vertices_of_key",
-        "The vertices of the key mesh alone.",
+        "vertices_dropped",
+        "Vertices that no face uses any more are counted.",
         3035,
-        with_(vertex_count=len(GRID.positions)),
+        lambda s, t, p: s.patched(t, HOLE, p, vertex_count=len(s.key.positions) + len(p.positions)),
     )
-    fault("faces_less", "A face less than key mesh and patch have.", 3035, with_counts(faces=-1))
+    fault("faces_less", "A face less than remains with the patch.", 3035, with_counts(faces=-1))
     fault(
         "faces_of_key",
         "Another count of faces, although the runs leave none out.",
         3035,
-        with_(lengths=[20, 16, count - 36]),
+        with_(lengths=[count]),
     )
     for profile, what in (2, "delta"), (3, "field"), (5, "patched"), (77, "unknown"):
         fault(f"patch_{what}", f"The profile of a patch is {profile}, {what}.", 3036, spoilt(0, profile))
     fault(
         "patch_attributes",
-        "A patch has texture coordinates, its key mesh has none.",
+        "A patch has texture coordinates, its base mesh has none.",
         3036,
         lambda s, t, p: s.patched(t, HOLE, p, data=meshes.raw(meshes.textured(p))),
     )
-    fault("patch_bits", "A patch has other texture bits than its key mesh.", 3036, spoilt(2, 9), FULL)
-    fault("patch_normal_bits", "A patch has other normal bits than its key mesh.", 3036, spoilt(3, 3), FULL)
+    fault("patch_bits", "A patch has other texture bits than its base mesh.", 3036, spoilt(2, 9), FULL)
+    fault("patch_normal_bits", "A patch has other normal bits than its base mesh.", 3036, spoilt(3, 3), FULL)
     fault("patch_header", "The header of a patch is cut.", 3001, with_data(lambda data: data[:15]))
     fault("patch_reserved", "A reserved field of the header of a patch is not 0.", 3001, spoilt(12, 1))
     fault("patch_size", "A raw patch lacks its last byte.", 3004, with_data(lambda data: data[:-1]))
     fault(
         "patch_index",
-        "A face of a patch uses a vertex of the key mesh.",
+        "A face of a patch uses a vertex of the base mesh.",
         3005,
         with_data(lambda data: data[:-12] + bytes([len(GRID.positions)]) + data[-11:]),
     )
@@ -381,7 +427,12 @@ def renumbered(state, target, patch):
 
 whole()
 coloured_cases()
-valid("patched_visibility", "Visibility of a patched frame, its patch included.", "8.14 17.1", visible)
+valid(
+    "patched_visibility",
+    "Visibility of patched frames, their patches included, and of the frames after them.",
+    "8.14 17.1",
+    visible,
+)
 faulty(
     "patched_visibility_of_key",
     "Visibility of a patched frame has the vertices of its key mesh.",

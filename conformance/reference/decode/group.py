@@ -51,7 +51,7 @@ class Group:
         self.frames, self.sounds, self.environments = {}, [], {}
         self.tracks, self.mesh_times, self.key_times = {}, {}, {}
         self.colours, self.surfaces, self.calibration_lost = {}, {}, False
-        self.patch_colours = {}  # by mesh track and time
+        self.coloured_patches = set()  # mesh track and time
         cameras = block.cameras.values() if block else ()
         self.static = {camera.id: camera.numbers for camera in cameras if not camera.moves}
         self.lenses = {camera.id: camera.lens for camera in cameras if camera.moves}
@@ -162,7 +162,7 @@ class Group:
             self.tracks.pop((chunk.kind, chunk.track), None)
         elif chunk.kind == b"COLR" and len(chunk.payload) >= 4:
             track = struct.unpack_from("<H", chunk.payload, 2)[0]
-            if self.key_at(track, chunk.time) or not self.mesh_at(track, chunk.time):
+            if track in self.colours or self.key_at(track, chunk.time) or not self.mesh_at(track, chunk.time):
                 self.colours[track] = "lost"
         elif hasattr(state, "lose"):
             state.lose()
@@ -205,26 +205,35 @@ class Group:
             arrays[name + "uvs"] = mesh.coordinates().tobytes()
         if mesh.normals is not None:
             arrays[name + "normals"] = mesh.directions().tobytes()
+        self._keep_colours(chunk.track)
         self._colour(chunk.track, chunk.time)
 
     def _colour(self, track, time):
         colours = self.colours.get(track)
         if isinstance(colours, numpy.ndarray):
-            rows = colours.tobytes() + self._patch_colours(track, time)
-            self.frame(time).arrays[f"mesh/{track}/colours"] = rows
+            self.frame(time).arrays[f"mesh/{track}/colours"] = colours.tobytes()
         elif colours is not None:
             self.spoil(time)
 
-    def _patch_colours(self, track, time):
-        """Of the patch at that time; `unseen` of TEXR where it has none."""
-        patch = self.tracks[b"MESH", track].sequence.patch
-        unseen = bytes((self.block.texturing or DEFAULTS).unseen)
-        return self.patch_colours.get((track, time), unseen * len(patch.positions) if patch else b"")
+    def _keep_colours(self, track):
+        """Of the vertices that a patched frame keeps; those of its patch have `unseen` of TEXR until its own come."""
+        sequence, colours = self.tracks[b"MESH", track].sequence, self.colours.get(track)
+        if sequence.kept is None or not isinstance(colours, numpy.ndarray):
+            return
+        unseen = numpy.array((self.block.texturing or DEFAULTS).unseen, numpy.uint8)
+        count = len(sequence.mesh.positions) - len(sequence.kept)
+        self.colours[track] = numpy.concatenate([colours[sequence.kept], numpy.tile(unseen, (count, 1))])
+
+    def _colour_patch(self, track, time, rows):
+        colours = self.colours.get(track)
+        if isinstance(colours, numpy.ndarray) and (track, time) not in self.coloured_patches:
+            self.coloured_patches.add((track, time))
+            colours[len(colours) - len(rows) :] = rows
 
     def _COLR(self, chunk, key, shown):
         track, colours = surface.colours_of(chunk, key, self)
         if colours is not None and not self.key_at(track, chunk.time):
-            self.patch_colours.setdefault((track, chunk.time), colours.tobytes())
+            self._colour_patch(track, chunk.time, colours)
         elif track not in self.colours and shown:
             self.colours[track] = "lost" if colours is None else colours
         if shown and track in self.colours and self.mesh_of(track) is not None:

@@ -145,67 +145,84 @@ def parts_of(header, payload):
     return parts, Header(parts.patch)
 
 
-def joined(header, key, absent, patch):
-    """The mesh of a patched frame: key as it has moved, without the faces of the flags, and patch or None."""
-    kept = key.faces[~numpy.array(absent, bool)]
-    if patch is None:
-        return Mesh(header, key.positions, kept, key.texture, key.normals)
-    pairs = [
-        None if own is None else numpy.concatenate([own, other])
-        for own, other in ((key.texture, patch.texture), (key.normals, patch.normals))
-    ]
-    positions = numpy.concatenate([key.positions, patch.positions])
-    return Mesh(header, positions, numpy.concatenate([kept, patch.faces + len(key.positions)]), *pairs)
+def joined(header, base, kept, faces, patch):
+    """The mesh of a patched frame: base as it has moved, with the vertices that are kept, by number, and these of its
+    faces; and patch or None."""
+    number = numpy.zeros(len(base.positions), numpy.int64)
+    number[kept] = numpy.arange(len(kept))
+
+    def both(own, other):
+        return None if own is None else own[kept] if patch is None else numpy.concatenate([own[kept], other])
+
+    of_patch = patch or base  # not used without a patch
+    faces = number[faces] if patch is None else numpy.concatenate([number[faces], patch.faces + len(kept)])
+    return Mesh(
+        header,
+        both(base.positions, of_patch.positions),
+        faces,
+        both(base.texture, of_patch.texture),
+        both(base.normals, of_patch.normals),
+    )
 
 
 class Sequence:
-    """A key mesh and the delta and patched frames after it, on one track."""
+    """A key mesh and the delta and patched frames after it, on one track. patch, kept: of the last frame, its patch and
+    the numbers that the vertices it keeps had before, None if it is not patched."""
 
     def __init__(self, key):
-        self.key, self.delta, self.own_normals, self.mesh = key, None, None, key
-        self.absent, self.patch = [False] * len(key.faces), None
+        self.delta, self.mesh = None, key
+        self.patch, self.kept = None, None
+        self._base(key)
+
+    def _base(self, mesh):
+        self.base, self.own_normals = mesh, None
+        self.lists = mesh.positions.tolist(), [tuple(f) for f in mesh.faces.tolist()]
 
     def _start(self):
-        self.lists = self.key.positions.tolist(), [tuple(f) for f in self.key.faces.tolist()]
-
         class Key:
             positions, faces = self.lists
 
         self.delta = mesh_delta.Sequence(Key)
 
     def add(self, header, payload):
-        demand(header.kind() == self.key.header.kind(), 3018, "header of a delta frame")
+        demand(header.kind() == self.base.header.kind(), 3018, "header of a delta frame")
+        self.patch, self.kept, at = None, None, 16
         if header.profile == PATCHED:
-            at = self._replace(header, payload)
+            faces, at = self._read(header, payload)
         else:
-            demand(header.counts() == self.key.header.counts(), 3018, "counts of a delta frame")
-            self.absent, self.patch, at = [False] * len(self.key.faces), None, 16
+            demand(header.counts() == self.base.header.counts(), 3018, "counts of a delta frame")
         if not self.delta:
             self._start()
         self.delta.add(payload, at)
         positions = numpy.array(self.delta.positions(), numpy.int64)
-        turned = self._normals(positions.tolist()) if self.key.normals is not None else None
-        self.mesh = Mesh(self.key.header, positions, self.key.faces, self.key.texture, turned)
+        turned = self._normals(positions.tolist()) if self.base.normals is not None else None
+        self.mesh = Mesh(self.base.header, positions, self.base.faces, self.base.texture, turned)
         if header.profile == PATCHED:
-            self.mesh = joined(header, self.mesh, self.absent, self.patch)
+            self._base(joined(header, self.mesh, self.kept, faces, self.patch))
+            self.mesh = self.base
+            self.delta.replace(
+                self.kept.tolist(), self.patch.positions.tolist() if self.patch else [], self.lists[1]
+            )
 
-    def _replace(self, header, payload):
-        """Reads which faces are left out, and the patch. Returns where the motion begins."""
+    def _read(self, header, payload):
+        """Reads what is kept, and the patch. Returns the faces that remain, and where the motion begins."""
         parts, patch = parts_of(header, payload)
-        self.absent = mesh_patched.changed(self.absent, parts.absent)
+        absent = mesh_patched.left_out(parts.absent, len(self.base.faces))
+        remaining = self.base.faces[~numpy.array(absent, bool)]
+        self.kept = numpy.unique(remaining)
         vertices, faces = patch.counts() if patch else (0, 0)
-        expected = len(self.key.positions) + vertices, self.absent.count(False) + faces
+        expected = len(self.kept) + vertices, len(remaining) + faces
         demand(header.counts() == expected, 3035, f"counts, expected {expected}")
         self.patch = independent(patch, parts.patch) if patch else None
-        return parts.delta
+        return remaining, parts.delta
 
     def _normals(self, positions):
         faces = self.lists[1]
         if self.own_normals is None:
             self.own_normals = normals.computed(self.lists[0], faces, joined=False)
         after = normals.computed(positions, faces, joined=False)
-        rows = zip(map(tuple, self.key.normals.tolist()), self.own_normals, after)
-        return numpy.array([normals.turned(self.key.normal_bits, *row) for row in rows], numpy.int64)
+        rows = zip(map(tuple, self.base.normals.tolist()), self.own_normals, after)
+        return numpy.array([normals.turned(self.base.normal_bits, *row) for row in rows], numpy.int64)
 
 
 class Track:

@@ -34,9 +34,8 @@ typedef struct fvvjs_track {
   fvv_bytes tiles;                       /* fvv_tile: the layout of the group; empty: it has none */
   fvv_bytes weights;                     /* of visibility */
   fvv_bytes colours;                     /* R, G, B, 255 of each vertex; empty: the key mesh has none */
-  size_t key_colours;    /* bytes of these that are of the key mesh; those of a patch follow */
-  fvv_bytes sizes;       /* uint16_t: of the packets of the last chunk of sound */
-  fvv_audio_place place; /* of sound in the group */
+  fvv_bytes sizes;                       /* uint16_t: of the packets of the last chunk of sound */
+  fvv_audio_place place;                 /* of sound in the group */
 } fvvjs_track;
 
 /* The group that is read through the index, while on. next: 0 is its GRUP, 1 the first of its chunks. */

@@ -19,7 +19,7 @@ void fvvjs_begin_group(fvvjs_decoder *d) {
   for (size_t i = 0; i < track_count(d); i++) {
     fvv_mesh_frames_reset(&track_at(d, i)->meshes);
     fvv_visibility_frames_reset(&track_at(d, i)->visibility);
-    track_at(d, i)->tiles.size = track_at(d, i)->colours.size = track_at(d, i)->key_colours = 0;
+    track_at(d, i)->tiles.size = track_at(d, i)->colours.size = 0;
     memset(&track_at(d, i)->place, 0, sizeof track_at(d, i)->place);
   }
   if (d->calibration) fvv_calibration_reset(d->calibration);
@@ -99,17 +99,13 @@ static fvv_status fill_floats(fvvjs_decoder *d, fvvjs_track *track, const fvv_me
   return FVV_OK;
 }
 
-/* Those of a key mesh follow it, and hold for its delta frames. A patch has the colour of what no camera
+/* Those of a key mesh follow it, and hold for the frames after it. A patch has the colour of what no camera
  * shows until its own follow. */
-static fvv_status begin_colours(const fvvjs_decoder *d, fvvjs_track *track) {
-  track->colours.size = track->key_colours;
-  const fvv_mesh *patch = fvv_mesh_frames_new(&track->meshes);
-  if (!track->key_colours || !patch) return FVV_OK;
+static fvv_status begin_colours(const fvvjs_decoder *d, fvvjs_track *track, int key) {
   const uint8_t *rgb = d->configuration->texturing.unseen, rgba[4] = {rgb[0], rgb[1], rgb[2], 255};
-  fvv_status status = FVV_OK;
-  for (uint32_t v = 0; v < patch->vertex_count && status == FVV_OK; v++)
-    status = fvv_bytes_append(&track->colours, rgba, sizeof rgba);
-  return status;
+  if (key) track->colours.size = 0;
+  return track->colours.size ? fvv_mesh_frames_carry(&track->meshes, sizeof rgba, rgba, &track->colours)
+                             : FVV_OK;
 }
 
 static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
@@ -125,8 +121,7 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, co
         fvv_mesh_frames_add(&track->meshes, payload, size, key, &d->limits, &d->allocator, &d->diagnostic);
   if (status != FVV_OK) return status;
   track->mesh_time = chunk->header.time;
-  if (key) track->key_colours = 0;
-  if (begin_colours(d, track) != FVV_OK) return no_memory(d);
+  if (begin_colours(d, track, key) != FVV_OK) return no_memory(d);
   const fvv_mesh *mesh = fvv_mesh_frames_current(&track->meshes);
   wasm_mesh record = {track->id,
                       header.profile,
@@ -191,14 +186,15 @@ static fvv_status fill_alpha(fvv_bytes *colours) {
   return FVV_OK;
 }
 
-/* Colours of a key mesh, or in place of the last ones those of a patch. */
+/* Colours of a key mesh, or of the last vertices those of a patch. */
 static fvv_status put_colours(fvvjs_track *track, const fvv_bytes *colours) {
-  const int key = fvv_mesh_frames_new(&track->meshes) == fvv_mesh_frames_current(&track->meshes);
-  if (!key && !track->key_colours) return FVV_OK;
-  track->colours.size = key ? 0 : track->key_colours;
-  const fvv_status status = fvv_bytes_append(&track->colours, colours->data, colours->size);
-  if (key) track->key_colours = track->colours.size;
-  return status;
+  if (fvv_mesh_frames_new(&track->meshes) == fvv_mesh_frames_current(&track->meshes))
+    track->colours.size = 0;
+  else if (track->colours.size)
+    track->colours.size -= colours->size;
+  else
+    return FVV_OK;
+  return fvv_bytes_append(&track->colours, colours->data, colours->size);
 }
 
 static fvv_status decode_colours(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
@@ -219,7 +215,7 @@ static fvv_status decode_colours(fvvjs_decoder *d, const fvv_frame_chunk *chunk,
   fvv_bytes_free(&colours);
   wasm_mesh *meshes = (wasm_mesh *)d->lists[FVVJS_MESHES].data;
   for (size_t i = 0; status == FVV_OK && i < d->lists[FVVJS_MESHES].size / sizeof *meshes; i++)
-    if (meshes[i].track == header.mesh_track) meshes[i].colours = of->key_colours ? of->colours.data : NULL;
+    if (meshes[i].track == header.mesh_track) meshes[i].colours = of->colours.size ? of->colours.data : NULL;
   return status;
 }
 

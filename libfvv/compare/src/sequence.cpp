@@ -218,8 +218,6 @@ geometry::Mesh Sequence::State::stream_mesh(const Frame &wanted) const {
                              std::to_string(memory_limit.bytes) + " bytes");
   fvv::check(status, where, diagnostic);
   if (status == FVV_END) throw Error(where + ": has no mesh");
-  std::vector<uint8_t> none;
-  demux::leave_out_unused(holder, none); // no part of the surface
   geometry::Mesh out = demux::in_metres(holder, demux::lattice_of(scene.lattice_origin, scene.lattice_step));
   out.texture.clear(); // no part of the surface either
   return out;

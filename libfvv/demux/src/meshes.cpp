@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <new>
 
 namespace fvv::demux {
 
@@ -59,42 +58,6 @@ fvv_status colours_of(fvv_stream *stream, const fvv_configuration &configuration
   const fvv_status status = fvv_stream_colours(stream, frame, mesh_track, &found, &count, &diagnostic);
   if (status == FVV_OK) colours.assign(found, found + size_t(count) * 3);
   return status < 0 ? status : FVV_OK;
-}
-
-namespace {
-
-// Keeps the rows of the vertices that have a number, in order, and shortens the array.
-template <class T>
-void keep_rows(T *&rows, size_t width, const std::vector<uint32_t> &number, size_t kept,
-               const fvv_allocator &allocator) {
-  if (!rows) return;
-  for (size_t v = 0; v < number.size(); v++)
-    if (number[v] != UINT32_MAX) std::copy_n(rows + width * v, width, rows + width * number[v]);
-  void *shorter =
-      allocator.resize(allocator.user, rows, number.size() * width * sizeof(T), kept * width * sizeof(T));
-  if (!shorter) throw std::bad_alloc();
-  rows = static_cast<T *>(shorter);
-}
-
-} // namespace
-
-void leave_out_unused(fvv_mesh &mesh, std::vector<uint8_t> &colours) {
-  std::vector<uint32_t> number(mesh.vertex_count, UINT32_MAX);
-  const size_t corners = size_t(mesh.face_count) * 3;
-  for (size_t i = 0; i < corners; i++) number[mesh.faces[i]] = 0;
-  uint32_t kept = 0;
-  for (uint32_t &n : number)
-    if (n != UINT32_MAX) n = kept++;
-  if (kept == mesh.vertex_count) return;
-  for (size_t i = 0; i < corners; i++) mesh.faces[i] = number[mesh.faces[i]];
-  keep_rows(mesh.lattice, 3, number, kept, mesh.allocator);
-  keep_rows(mesh.texture, 2, number, kept, mesh.allocator);
-  keep_rows(mesh.normals, 2, number, kept, mesh.allocator);
-  mesh.vertex_count = kept;
-  if (colours.empty()) return;
-  for (size_t v = 0; v < number.size(); v++)
-    if (number[v] != UINT32_MAX) std::copy_n(&colours[3 * v], 3, &colours[3 * size_t(number[v])]);
-  colours.resize(3 * size_t(kept));
 }
 
 bool is_of_run(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, const scene::MeshRun &run) {

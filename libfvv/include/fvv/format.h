@@ -98,10 +98,10 @@ enum {
 enum {
   FVV_MESH_RAW = 0, /* plain integers */
   FVV_MESH_DRACO = 1, /* Draco 2.2 bitstream of integers */
-  FVV_MESH_DELTA = 2, /* motion: the connectivity of the preceding key mesh, with new positions */
+  FVV_MESH_DELTA = 2, /* motion: the faces of the mesh before, with new positions */
   FVV_MESH_FIELD = 3, /* reserved: hull of a regular grid */
   FVV_MESH_FAST = 4, /* meshoptimizer's codec, for fast decoding */
-  FVV_MESH_PATCHED = 5, /* motion, and a patch in place of some faces of the key mesh */
+  FVV_MESH_PATCHED = 5, /* motion, and a patch in place of some faces of the mesh before */
 };
 
 /* Mesh attributes, clause 8.3. */

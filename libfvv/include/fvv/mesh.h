@@ -191,15 +191,16 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t s
 /* ---- delta frames: clause 8.7 to 8.9, and 8.14
  * ---------------------------------------------------------------- */
 
-/* A key mesh and the frames after it that have its faces and move its vertices. Encoder and decoder hold the
- * same state, bit for bit: what is encoded is what will be decoded, and each frame is predicted from the one
- * before as it was decoded. The vertices form levels, coarse to fine; the motion of each level is predicted
- * from that of the levels before. Handles are not thread-safe; separate ones are independent. */
+/* A key mesh and the frames after it, which move its vertices; patched ones also replace some of its faces,
+ * for themselves and all frames that follow. Encoder and decoder hold the same state, bit for bit: what is
+ * encoded is what will be decoded, and each frame is predicted from the one before as it was decoded. The
+ * vertices form levels, coarse to fine; the motion of each level is predicted from that of the levels before.
+ * Handles are not thread-safe; separate ones are independent. */
 typedef struct fvv_mesh_sequence fvv_mesh_sequence;
 
 /* key: the decoded key mesh (fvv_mesh_decode), never the one handed to the encoder; it is copied. Close with
- * fvv_mesh_sequence_close. Some 140 bytes a vertex, 56 more with normals; from the first patched frame on a
- * byte a face, and while a frame is patched its mesh and its patch. allocator NULL: malloc. On error
+ * fvv_mesh_sequence_close. Some 140 bytes a vertex, 56 more with normals; twice that and some while a
+ * patched frame is decoded. allocator NULL: malloc. On error
  * *sequence is NULL. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allocator,
                                                        fvv_mesh_sequence **sequence,
@@ -207,18 +208,20 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, cons
 FVV_API void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence);
 
 /* The current frame, the key mesh at first. Belongs to the sequence; valid until the next encode or decode.
- * Between plain frames only lattice and, when the key mesh has them, normals change (sent normals turn with
- * the faces, clause 8.13). A patched frame (clause 8.14) has all vertices of the key mesh, then those of its
- * patch; and the faces that are not left out, then those of the patch. */
+ * In a delta frame only lattice and, when the mesh has them, normals differ from the frame before (sent
+ * normals turn with the faces, clause 8.13). A patched frame (clause 8.14) has those vertices of the frame
+ * before that a remaining face uses, then those of its patch; and the faces that remain, then those of the
+ * patch. */
 FVV_API const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence);
 
 /* The patch of the current frame, with vertices numbered from 0; NULL: it has none. In the mesh of the frame
- * they come after those of the key mesh. Belongs to the sequence, valid until the next encode or decode. */
+ * they come after those that are kept. Belongs to the sequence, valid until the next encode or decode. */
 FVV_API const fvv_mesh *fvv_mesh_sequence_patch(const fvv_mesh_sequence *sequence);
 
-/* For each face of the key mesh 1 when the current frame leaves it out, else 0. NULL: the frame is not a
- * patched one, and its faces are those of the key mesh. Belongs to the sequence, valid as above. */
-FVV_API const uint8_t *fvv_mesh_sequence_absent(const fvv_mesh_sequence *sequence);
+/* What a patched frame keeps: vertex i of the current frame, for i below *count, is vertex kept[i] of the
+ * frame before, rising; what callers know of it goes with it. NULL: the frame is not patched and has all
+ * *count vertices of the frame before. Belongs to the sequence, valid as above. */
+FVV_API const uint32_t *fvv_mesh_sequence_kept(const fvv_mesh_sequence *sequence, uint32_t *count);
 
 /* Decodes the next frame, of profile FVV_MESH_DELTA or FVV_MESH_PATCHED. Safe for hostile bytes; the counts
  * of a patch are bounded by its bytes, and by limits that the caller has applied with fvv_mesh_peek. After
@@ -240,32 +243,33 @@ typedef struct fvv_mesh_delta_options {
 FVV_API void fvv_mesh_delta_options_default(fvv_mesh_delta_options *options);
 
 /* MESH payload of profile FVV_MESH_DELTA for the next frame; replaces what payload holds. lattice: for each
- * vertex of the key mesh, in its order, x 3, within the lattice. options NULL: defaults. Afterwards
+ * vertex of the current mesh, in its order, x 3, within the lattice. options NULL: defaults. Afterwards
  * fvv_mesh_sequence_mesh is what decoders get. Deterministic. On error the sequence is as it was, but for
  * FVV_ERROR_MEMORY: then it can only be closed. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *lattice,
                                                          const fvv_mesh_delta_options *options,
                                                          fvv_bytes *payload, fvv_diagnostic *diagnostic);
 
-/* What a patched frame has in place of some faces of its key mesh. */
+/* What a patched frame has in place of some faces of the mesh before. */
 typedef struct fvv_mesh_patch {
   size_t struct_size; /* sizeof(fvv_mesh_patch) */
-  /* For each face of the key mesh whether the frame leaves it out, 0 or 1; NULL: none. */
+  /* For each face of the mesh before whether it is left out from this frame on, 0 or 1; NULL: none. */
   const uint8_t *absent;
-  /* In their place; NULL: nothing. texture_bits and normal_bits are those of the key mesh. */
+  /* In their place; NULL: nothing. texture_bits and normal_bits are those of the mesh before. */
   const fvv_mesh *mesh;
-  /* For each vertex of mesh the vertex of the key mesh on whose point it lies, UINT32_MAX: on none. It is
-   * sent at the point that that vertex has in this frame as decoded, so that no gap opens within max_error.
-   * NULL: all are sent where mesh has them. */
+  /* For each vertex of mesh the vertex of the mesh before on whose point it lies, UINT32_MAX: on none. It is
+   * sent at the point that that vertex has in this frame as decoded, so that no gap opens within max_error,
+   * unless no remaining face uses that vertex. NULL: all are sent where mesh has them. */
   const uint32_t *border;
   uint8_t profile; /* of the patch: FVV_MESH_RAW, FVV_MESH_DRACO or FVV_MESH_FAST */
   int level;       /* for Draco, as in fvv_mesh_encode */
 } fvv_mesh_patch;
 
 /* MESH payload of profile FVV_MESH_PATCHED for the next frame; replaces what payload holds. As
- * fvv_mesh_sequence_encode for the vertices of the key mesh: the frame after it may be of either profile. The
- * encoder has decoded its output; vertices and faces of the patch may have another order
- * (fvv_mesh_sequence_patch). When the arguments are wrong the sequence is as it was; after other errors it
+ * fvv_mesh_sequence_encode for the vertices of the mesh before; where those go that no remaining face uses
+ * does not matter and costs nothing. The encoder has decoded its output; vertices and faces of the patch may
+ * have another order (fvv_mesh_sequence_patch). Frames that follow move the mesh that is then the current
+ * one. When the arguments are wrong the sequence is as it was; after other errors it
  * can only be closed, and each further call returns FVV_ERROR_STATE. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_encode_patched(
     fvv_mesh_sequence *sequence, const int32_t *lattice, const fvv_mesh_delta_options *options,

@@ -211,7 +211,11 @@ bool MeshLoader::is_tracked(size_t i) const {
 void MeshLoader::leave_untracked(size_t i) {
   const std::shared_ptr<Group> group = known_group(i);
   const auto run = run_with(group->tracked, i);
-  if (run != group->tracked.end()) group->tracked.erase(run);
+  if (run == group->tracked.end()) return;
+  if (run->first == i)
+    group->tracked.erase(run);
+  else
+    run->frames.resize(i - run->first);
 }
 
 PreparedMesh MeshLoader::load(size_t i) const {
@@ -414,9 +418,11 @@ private:
         fvv::check(fvv_mesh_sequence_encode(sequence.get(), wanted.data(), &options, &payload, &diagnostic),
                    name_of(plan, first + i), diagnostic);
       }
-      uint32_t off = 0;
+      uint32_t off = 0, kept_count = 0;
       const int32_t *got = fvv_mesh_sequence_mesh(sequence.get())->lattice;
-      for (size_t k = 0; k < wanted.size(); k++) off = std::max(off, uint32_t(std::abs(got[k] - wanted[k])));
+      const uint32_t *kept = fvv_mesh_sequence_kept(sequence.get(), &kept_count);
+      for (size_t k = 0; k < 3 * size_t(kept_count); k++)
+        off = std::max(off, uint32_t(std::abs(got[k] - wanted[kept ? 3 * size_t(kept[k / 3]) + k % 3 : k])));
       if (off > options.max_error || payload.size >= frames[0].payload.size()) return;
       MeshFrame frame;
       frame.key = false;
@@ -430,10 +436,11 @@ private:
       frame.payload = payload.copy();
       auto own = std::make_shared<std::vector<uint32_t>>(origins);
       for (uint32_t &vertex : *own) vertex = loaded[i].order[vertex];
-      if (const fvv_mesh *decoded = fvv_mesh_sequence_patch(sequence.get()); patch && decoded)
-        patch->add_origins(*decoded, got, source.mesh.vertex_count(), *own);
+      if (patch) *own = patch->origins(*own, source.mesh.vertex_count(), *sequence);
       frame.origins = *own == origins ? frames[0].origins : own;
       frames.push_back(std::move(frame));
+      // What follows would move the mesh with its patch, and the next patch is one for the mesh without.
+      if (patch) return;
     }
   }
 

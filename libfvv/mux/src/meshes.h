@@ -88,7 +88,7 @@ public:
 
   // Whether frame i is part of a run that was tracked, which begins with it or before it.
   bool is_tracked(size_t i) const;
-  // The run of tracked frames with frame i is left as it is in the files.
+  // The run of tracked frames with frame i is left as it is in the files, from i on.
   void leave_untracked(size_t i);
 
   // Takes over the frames, groups and calibrations of the plan. Not while other threads call load().

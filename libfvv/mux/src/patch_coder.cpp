@@ -86,18 +86,28 @@ fvv_mesh_patch PatchCoder::Coded::described() const {
   return out;
 }
 
-void PatchCoder::Coded::add_origins(const fvv_mesh &decoded, const int32_t *key, uint32_t before,
-                                    std::vector<uint32_t> &origins) const {
+std::vector<uint32_t> PatchCoder::Coded::origins(const std::vector<uint32_t> &former, uint32_t vertex_count,
+                                                 const fvv_mesh_sequence &sequence) const {
   using Place = std::array<int32_t, 3>;
+  const fvv_mesh &merged = *fvv_mesh_sequence_mesh(&sequence);
+  uint32_t count = 0;
+  const uint32_t *kept = fvv_mesh_sequence_kept(&sequence, &count);
+  std::vector<uint32_t> number(former.size(), no_vertex), out(count);
+  for (uint32_t v = 0; v < count; v++) {
+    out[v] = former[kept[v]];
+    number[kept[v]] = v;
+  }
   std::map<Place, uint32_t> vertices;
   for (uint32_t v = 0; mesh && v < mesh->vertex_count; v++) {
-    const int32_t *at = border[v] == no_vertex ? mesh->lattice + 3 * size_t(v) : key + 3 * size_t(border[v]);
+    const uint32_t on = border[v] == no_vertex ? no_vertex : number[border[v]];
+    const int32_t *at = on == no_vertex ? mesh->lattice + 3 * size_t(v) : merged.lattice + 3 * size_t(on);
     vertices.emplace(Place{at[0], at[1], at[2]}, source[v]);
   }
-  for (uint32_t v = 0; v < decoded.vertex_count; v++) {
-    const int32_t *at = decoded.lattice + 3 * size_t(v);
-    origins.push_back(before + vertices.at({at[0], at[1], at[2]}));
+  for (uint32_t v = count; v < merged.vertex_count; v++) {
+    const int32_t *at = merged.lattice + 3 * size_t(v);
+    out.push_back(vertex_count + vertices.at({at[0], at[1], at[2]}));
   }
+  return out;
 }
 
 } // namespace fvv::mux

@@ -30,10 +30,10 @@ public:
 
     // Borrows.
     fvv_mesh_patch described() const;
-    // Appends, for each vertex of the decoded patch, before + the number of a vertex of the patch. key: the
-    // lattice indices of the key mesh's vertices in the frame.
-    void add_origins(const fvv_mesh &decoded, const int32_t *key, uint32_t before,
-                     std::vector<uint32_t> &origins) const;
+    // For each vertex of the frame that was encoded last that of the source: former has those of the frame
+    // before; a vertex of the patch is vertex_count + its number there.
+    std::vector<uint32_t> origins(const std::vector<uint32_t> &former, uint32_t vertex_count,
+                                  const fvv_mesh_sequence &sequence) const;
   };
   // name: of the frame, for messages.
   Coded encode(const track::Patch &patch, const std::string &name) const;

@@ -301,14 +301,12 @@ SurfaceFrames SurfaceCoder::encode(const MeshTrack &track, size_t first,
   DecodedMeshes decoded(plan.capture.path);
   FrameCoder coder(plan, choice, track);
   const bool visible = on;
-  bool patched = false; // the frame before
   for (size_t i = 0; i < meshes.size() && (visible || plan.colours.on); i++) {
     if (meshes[i].payload.empty()) continue;
     const bool followed = i + 1 < meshes.size() && !meshes[i + 1].key;
     const fvv_mesh &mesh = decoded.next(meshes[i], followed);
     const fvv_mesh *patch = meshes[i].key ? nullptr : decoded.patch();
-    const bool has_faces_before = !meshes[i].key && !meshes[i].patched && !patched;
-    patched = meshes[i].patched;
+    const bool has_faces_before = !meshes[i].key && !meshes[i].patched;
     // Of delta frames the key mesh's colours hold, but for a patch.
     const fvv_mesh *described = meshes[i].key ? &mesh : patch;
     const bool for_colours = choice.known && plan.colours.on && described;

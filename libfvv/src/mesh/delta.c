@@ -19,7 +19,7 @@ static void turn_normals(fvv_mesh_sequence *s) {
     uint32_t *index = s->mesh.normals + 2 * v;
     memcpy(index, s->sent_normals + 2 * v, 2 * sizeof *index);
     fvv_octahedral_vector(bits, index, normal);
-    if (fvv_normal_turn(s->key_normals + 3 * v, s->face_normals + 3 * v, normal))
+    if (fvv_normal_turn(s->base_normals + 3 * v, s->face_normals + 3 * v, normal))
       fvv_octahedral_index(bits, normal, index);
   }
 }
@@ -89,9 +89,10 @@ static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const fvv_d
   fvv_range_decoder_init(&d, payload + coded->offset, coded->size);
   const uint32_t end = s->hierarchy.level_end[level];
   const int rounding = fvv_delta_rounding(coded->step);
+  fvv_delta_model *const model = &s->models[fvv_delta_model_of(&s->hierarchy, level)];
   fvv_status status = FVV_OK;
   for (uint32_t i = fvv_delta_level_begin(s, level); i < end && status == FVV_OK; i++) {
-    status = decode_vertex(s, &d, &s->models[level], i, coded->step, rounding);
+    status = decode_vertex(s, &d, model, i, coded->step, rounding);
     if (fvv_range_decoder_failed(&d)) break;
   }
   if (fvv_range_decoder_failed(&d) || status == FVV_ERROR_DAMAGED ||
@@ -104,31 +105,43 @@ static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const fvv_d
                   "level %lu: a vertex moves outside +-2^28", (unsigned long)level);
 }
 
+/* The delta_mesh() at an offset. */
+static fvv_status decode_levels(fvv_mesh_sequence *s, const uint8_t *payload, size_t size, size_t at,
+                                fvv_diagnostic *diagnostic) {
+  fvv_delta_frame frame;
+  fvv_status status = fvv_delta_read_levels(s, payload, size, at, &frame, diagnostic);
+  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
+    status = decode_level(s, k, &frame.level[k], payload, diagnostic);
+  if (status == FVV_OK) end_frame(s);
+  return status;
+}
+
+static fvv_status decode_patched(fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
+                                 const fvv_mesh_header *header, const fvv_limits *limits,
+                                 fvv_diagnostic *diagnostic) {
+  fvv_patched_parts parts;
+  fvv_status status = fvv_patched_split(payload + FVV_MESH_SIZE, header, limits, &parts, diagnostic);
+  if (status == FVV_OK) status = fvv_delta_check_number(s, payload, size, parts.delta, diagnostic);
+  if (status != FVV_OK) return status;
+  fvv_patched_change change = {0};
+  status = fvv_patched_read(s, payload, header, &parts, limits, &change, diagnostic);
+  if (status == FVV_OK) status = decode_levels(s, payload, size, parts.delta, diagnostic);
+  if (status == FVV_OK) status = fvv_patched_merge(s, &change, diagnostic);
+  fvv_patched_change_free(&change, &s->allocator);
+  return status;
+}
+
 static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                          fvv_diagnostic *diagnostic) {
   fvv_limits limits;
   fvv_limits_default(&limits);
   limits.max_vertices = limits.max_faces = UINT32_MAX; /* the caller has applied his own */
   fvv_mesh_header header;
-  fvv_delta_frame frame;
-  fvv_patched_parts parts = {0};
-  size_t at = FVV_MESH_SIZE;
-  fvv_status status = fvv_delta_read_header(s, payload, size, &limits, &header, diagnostic);
-  const int patched = status == FVV_OK && header.profile == FVV_MESH_PATCHED;
-  if (patched) {
-    status = fvv_patched_split(payload + FVV_MESH_SIZE, &header, &limits, &parts, diagnostic);
-    at = parts.delta;
-    if (status == FVV_OK) status = fvv_delta_check_number(s, payload, size, at, diagnostic);
-    if (status == FVV_OK) status = fvv_patched_read(s, payload, &header, &parts, &limits, diagnostic);
-  }
-  if (status == FVV_OK) status = fvv_delta_read_levels(s, payload, size, at, &frame, diagnostic);
-  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
-    status = decode_level(s, k, &frame.level[k], payload, diagnostic);
+  const fvv_status status = fvv_delta_read_header(s, payload, size, &limits, &header, diagnostic);
   if (status != FVV_OK) return status;
-  end_frame(s);
-  if (patched) return fvv_patched_merge(s, diagnostic);
   fvv_patched_clear(s);
-  return FVV_OK;
+  return header.profile == FVV_MESH_PATCHED ? decode_patched(s, payload, size, &header, &limits, diagnostic)
+                                            : decode_levels(s, payload, size, FVV_MESH_SIZE, diagnostic);
 }
 
 fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *payload, size_t size,
@@ -187,7 +200,7 @@ static int64_t quantise(int64_t difference, int64_t step, int64_t width, int64_t
   return residual;
 }
 
-/* 1 when the vertex has a residual that is not 0. */
+/* 1 when the vertex has a residual that is not 0. wanted NULL: it goes where it is predicted. */
 static int encode_vertex(fvv_mesh_sequence *s, fvv_range_encoder *e, fvv_delta_model *model, uint32_t i,
                          const fvv_delta_level *coded, const int32_t *wanted) {
   int32_t to[3];
@@ -196,8 +209,11 @@ static int encode_vertex(fvv_mesh_sequence *s, fvv_range_encoder *e, fvv_delta_m
   fvv_delta_residuals now = FVV_DELTA_NO_RESIDUALS;
   for (int a = 0; a < 3; a++) {
     const uint32_t around = fvv_delta_around_class(&context, a);
-    const int64_t asked = (int64_t)wanted[a] * (1 << FVV_DELTA_FRACTION_BITS);
-    const int64_t residual = quantise(asked - to[a], coded->step, coded->width, to[a]);
+    int64_t residual = 0;
+    if (wanted) {
+      const int64_t asked = (int64_t)wanted[a] * (1 << FVV_DELTA_FRACTION_BITS);
+      residual = quantise(asked - to[a], coded->step, coded->width, to[a]);
+    }
     fvv_range_encode(e, fvv_delta_some(model, &context, a, around), residual != 0);
     if (residual) {
       const uint32_t magnitude = (uint32_t)(residual < 0 ? -residual : residual);
@@ -215,20 +231,23 @@ static int encode_vertex(fvv_mesh_sequence *s, fvv_range_encoder *e, fvv_delta_m
 /* Appends the bytes of a level, or none when no vertex of it has a residual: then its model learns nothing,
  * as in the decoder. */
 static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, fvv_delta_level *coded,
-                               const int32_t *lattice, fvv_bytes *data) {
+                               const int32_t *lattice, const uint8_t *used, fvv_bytes *data) {
   const size_t begin = data->size;
-  const fvv_delta_model former = s->models[level];
+  fvv_delta_model *const model = &s->models[fvv_delta_model_of(&s->hierarchy, level)];
+  const fvv_delta_model former = *model;
   fvv_range_encoder e;
   fvv_range_encoder_init(&e, data);
   int some = 0;
   const uint32_t end = s->hierarchy.level_end[level];
-  for (uint32_t i = fvv_delta_level_begin(s, level); i < end; i++)
-    some |= encode_vertex(s, &e, &s->models[level], i, coded, lattice + 3 * (size_t)s->hierarchy.order[i]);
+  for (uint32_t i = fvv_delta_level_begin(s, level); i < end; i++) {
+    const size_t v = s->hierarchy.order[i];
+    some |= encode_vertex(s, &e, model, i, coded, !used || used[v] ? lattice + 3 * v : NULL);
+  }
   const fvv_status status = fvv_range_encoder_finish(&e);
   if (status != FVV_OK) return status;
   if (!some) {
     data->size = begin;
-    s->models[level] = former;
+    *model = former;
   }
   coded->size = data->size - begin;
   return FVV_OK;
@@ -292,7 +311,7 @@ fvv_status fvv_delta_check_input(const fvv_mesh_sequence *s, const int32_t *latt
   return FVV_OK;
 }
 
-fvv_status fvv_delta_put_levels(fvv_mesh_sequence *s, const int32_t *lattice,
+fvv_status fvv_delta_put_levels(fvv_mesh_sequence *s, const int32_t *lattice, const uint8_t *used,
                                 const fvv_mesh_delta_options *options, fvv_bytes *payload,
                                 fvv_diagnostic *diagnostic) {
   const fvv_mesh_delta_options chosen = options_or_default(options);
@@ -301,7 +320,7 @@ fvv_status fvv_delta_put_levels(fvv_mesh_sequence *s, const int32_t *lattice,
   fvv_bytes data = {NULL, 0, 0, s->allocator};
   fvv_status status = FVV_OK;
   for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
-    status = encode_level(s, k, &frame.level[k], lattice, &data);
+    status = encode_level(s, k, &frame.level[k], lattice, used, &data);
   if (status == FVV_OK) status = put_levels(s, &frame, &data, payload);
   fvv_bytes_free(&data);
   if (status != FVV_OK) {
@@ -325,7 +344,6 @@ fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *
   if (fvv_delta_put_header(s, FVV_MESH_DELTA, s->mesh.vertex_count, s->mesh.face_count, payload) != FVV_OK)
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for a delta frame of %lu vertices",
                     (unsigned long)s->mesh.vertex_count);
-  status = fvv_delta_put_levels(s, lattice, options, payload, diagnostic);
-  if (status == FVV_OK) fvv_patched_clear(s);
-  return status;
+  fvv_patched_clear(s);
+  return fvv_delta_put_levels(s, lattice, NULL, options, payload, diagnostic);
 }

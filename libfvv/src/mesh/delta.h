@@ -1,5 +1,5 @@
-/* mesh/delta.h: delta frames: the hierarchy of a key mesh, the state of a group of frames, and the levels of
- * a payload (clauses 8.7 to 8.9). */
+/* mesh/delta.h: delta frames: the hierarchy of a mesh, the state of a group of frames, and the levels of a
+ * payload (clauses 8.7 to 8.9). */
 #ifndef FVV_MESH_DELTA_H
 #define FVV_MESH_DELTA_H
 
@@ -11,12 +11,15 @@
 extern "C" {
 #endif
 
-/* The vertices of a key mesh, coarse to fine, and from which earlier ones the motion
+/* The vertices of a key mesh or of a patched one, coarse to fine, and from which earlier ones the motion
  * of each is interpolated (clause 8.8). Nearness is that along edges: two legs that touch stay two. Integers
  * only: every machine finds the same.
  *
  * Sources: a hierarchy by taking independent sets of vertices out (Kirkpatrick, 1983), each contracted into
  * its nearest neighbour (Hoppe, "Progressive meshes", 1996). */
+
+/* The hierarchy's tables have twice as many slots, counted in 32 bits. */
+#define FVV_DELTA_VERTICES_MAX (UINT32_C(1) << 30)
 
 enum {
   FVV_DELTA_NEIGHBOURS = 6,
@@ -41,14 +44,15 @@ typedef struct fvv_delta_hierarchy {
   uint32_t *order; /* place -> vertex */
   fvv_delta_stencil *stencils;
   uint32_t vertex_count, level_count;
+  uint32_t points; /* places from it on are twins, the last level */
   uint32_t level_end[FVV_MESH_LEVELS_MAX];
   fvv_allocator allocator;
 } fvv_delta_hierarchy;
 
-/* key: positions within the lattice, at least one vertex, faces that index them. FVV_OK or FVV_ERROR_MEMORY;
+/* mesh: positions within the lattice, at least one vertex, faces that index them. FVV_OK or FVV_ERROR_MEMORY;
  * free in either case. At most FVV_DELTA_PASSES_MAX walks over the edges, which on a surface shrink by a
  * third with each; 90 bytes a vertex and 48 a face while it works. */
-FVV_MUST_USE fvv_status fvv_delta_hierarchy_build(const fvv_mesh *key, const fvv_allocator *allocator,
+FVV_MUST_USE fvv_status fvv_delta_hierarchy_build(const fvv_mesh *mesh, const fvv_allocator *allocator,
                                                   fvv_delta_hierarchy *hierarchy);
 void fvv_delta_hierarchy_free(fvv_delta_hierarchy *hierarchy);
 
@@ -92,21 +96,21 @@ typedef uint64_t fvv_delta_residuals;
 struct fvv_mesh_sequence {
   fvv_allocator allocator;
   fvv_delta_hierarchy hierarchy;
-  fvv_mesh mesh;                     /* the key mesh as it is in the current frame */
+  fvv_mesh mesh;                     /* of the current frame */
   int32_t *place;                    /* the current frame's states in coding order, x 3 */
   int32_t *motion;                   /* from the frame before, in coding order, x 3 */
   fvv_delta_residuals *now, *before; /* of this frame and the one before, in coding order */
   uint8_t *last;                     /* signs of the last residuals that were not 0, x 3: 1 is negative, 2 */
-  fvv_delta_model *models;           /* one a level */
-  /* NULL unless the key mesh has normals: those, by index and as its vertices' own faces have them, x 2 and
-   * x 3, and room for those of the current frame's faces. */
+  fvv_delta_model *models;           /* by fvv_delta_model_of */
+  uint32_t model_count;
+  /* NULL unless the meshes have normals: those of the base mesh (clause 8.7), by index and as its vertices'
+   * own faces have them, x 2 and x 3, and room for those of the current frame's faces. */
   uint32_t *sent_normals;
-  double *key_normals, *face_normals;
-  /* Of patched frames: for each face of the key mesh whether the frame leaves it out, NULL until the first
-   * such frame; its patch, empty when it has none; and both in one, empty when the frame has the key mesh's
-   * faces. */
-  uint8_t *absent;
-  fvv_mesh patch, merged;
+  double *base_normals, *face_normals;
+  /* Of a patched frame: its patch, empty when it has none; the vertices of the mesh before that it keeps,
+   * rising, NULL when the frame is not patched. */
+  fvv_mesh patch;
+  uint32_t *kept, kept_count;
   uint32_t frame; /* 0: the key */
   int broken;     /* a frame failed: nothing that follows can be decoded */
 };
@@ -194,6 +198,13 @@ static inline void fvv_delta_note(fvv_delta_context *c, int axis, uint32_t magni
   c->axes_before += kept;
 }
 
+/* The contexts of a level: by its place from the finest one on, as there may be more or fewer after a patched
+ * frame; twins have their own. */
+static inline uint32_t fvv_delta_model_of(const fvv_delta_hierarchy *h, uint32_t level) {
+  const uint32_t twins = h->points < h->vertex_count;
+  return twins && level == h->level_count - 1 ? 0 : h->level_count - twins - level;
+}
+
 /* First vertex of a level in coding order. */
 static inline uint32_t fvv_delta_level_begin(const struct fvv_mesh_sequence *s, uint32_t level) {
   return level ? s->hierarchy.level_end[level - 1] : 0;
@@ -216,7 +227,7 @@ typedef struct fvv_delta_frame {
 } fvv_delta_frame;
 
 /* The MESH header of the next frame, of either profile: FVV_OK, or the diagnostic says what does not fit the
- * key mesh. */
+ * mesh before. */
 FVV_MUST_USE fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                                               const fvv_limits *limits, fvv_mesh_header *header,
                                               fvv_diagnostic *diagnostic);
@@ -228,20 +239,26 @@ FVV_MUST_USE fvv_status fvv_delta_check_number(const fvv_mesh_sequence *s, const
 FVV_MUST_USE fvv_status fvv_delta_read_levels(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                                               size_t at, fvv_delta_frame *frame, fvv_diagnostic *diagnostic);
 
+/* Makes mesh that of the current frame, from which the next one is predicted, and takes it over. Its first
+ * kept_count vertices are those of the mesh before that s->kept names. FVV_OK or FVV_ERROR_MEMORY; the state
+ * is broken then. */
+FVV_MUST_USE fvv_status fvv_delta_replace_mesh(fvv_mesh_sequence *s, fvv_mesh *mesh);
+
 /* What writers of both profiles share. */
 
 /* The sequence can go on, with these arguments. */
 FVV_MUST_USE fvv_status fvv_delta_check_input(const fvv_mesh_sequence *s, const int32_t *lattice,
                                               const fvv_mesh_delta_options *options,
                                               fvv_diagnostic *diagnostic);
-/* Appends a MESH header with the attributes of the key mesh. */
+/* Appends a MESH header with the attributes of the mesh. */
 FVV_MUST_USE fvv_status fvv_delta_put_header(const fvv_mesh_sequence *s, uint8_t profile, uint32_t vertices,
                                              uint32_t faces, fvv_bytes *payload);
-/* Appends the delta_mesh() that moves the vertices of the key mesh to lattice, and ends the frame. Of the
- * statuses that are not FVV_OK only FVV_ERROR_MEMORY occurs; the state is broken then. */
+/* Appends the delta_mesh() that moves the vertices to lattice, and ends the frame. used: for each vertex
+ * whether it matters where it goes, the others cost nothing; NULL: all. Of the statuses that are not FVV_OK
+ * only FVV_ERROR_MEMORY occurs; the state is broken then. */
 FVV_MUST_USE fvv_status fvv_delta_put_levels(fvv_mesh_sequence *s, const int32_t *lattice,
-                                             const fvv_mesh_delta_options *options, fvv_bytes *payload,
-                                             fvv_diagnostic *diagnostic);
+                                             const uint8_t *used, const fvv_mesh_delta_options *options,
+                                             fvv_bytes *payload, fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

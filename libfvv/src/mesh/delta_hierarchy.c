@@ -1,4 +1,4 @@
-/* The hierarchy of a key mesh and the weights of its stencils (clause 8.8). */
+/* The hierarchy of a mesh and the weights of its stencils (clause 8.8). */
 #include <string.h>
 
 #include "base/checked.h"
@@ -95,7 +95,7 @@ typedef struct graph {
 } graph;
 
 typedef struct build {
-  const fvv_mesh *key;
+  const fvv_mesh *mesh;
   fvv_delta_hierarchy *out;
   graph now, next;
   uint32_t *left;                /* vertices that no pass has taken out, rising */
@@ -109,7 +109,7 @@ typedef struct build {
 static uint64_t squared_distance(const build *b, uint32_t v, uint32_t w) {
   uint64_t sum = 0;
   for (size_t a = 0; a < 3; a++) {
-    const int64_t u = (int64_t)b->key->lattice[3 * (size_t)v + a] - b->key->lattice[3 * (size_t)w + a];
+    const int64_t u = (int64_t)b->mesh->lattice[3 * (size_t)v + a] - b->mesh->lattice[3 * (size_t)w + a];
     sum += (uint64_t)(u * u);
   }
   return sum;
@@ -117,8 +117,8 @@ static uint64_t squared_distance(const build *b, uint32_t v, uint32_t w) {
 
 /* Finds the lowest vertex of each lattice point. table: slots entries. */
 static void find_points(build *b, uint32_t *table, uint64_t slots) {
-  const uint32_t n = b->key->vertex_count;
-  const int32_t *p = b->key->lattice;
+  const uint32_t n = b->mesh->vertex_count;
+  const int32_t *p = b->mesh->lattice;
   /* From all positions: they cannot be laid out to share slots by a fixed rule. */
   uint64_t seed = 0;
   for (size_t i = 0; i < 3 * (size_t)n; i++) seed = fvv_mix(seed ^ (uint32_t)p[i]);
@@ -127,7 +127,7 @@ static void find_points(build *b, uint32_t *table, uint64_t slots) {
     uint64_t slot =
         fvv_hash3((uint32_t)p[0] ^ (uint32_t)seed, (uint32_t)p[1] ^ (uint32_t)(seed >> 32), (uint32_t)p[2]) &
         (slots - 1);
-    while (table[slot] != NONE && memcmp(b->key->lattice + 3 * (size_t)table[slot], p, 3 * sizeof *p))
+    while (table[slot] != NONE && memcmp(b->mesh->lattice + 3 * (size_t)table[slot], p, 3 * sizeof *p))
       slot = (slot + 1) & (slots - 1);
     if (table[slot] == NONE) table[slot] = v;
     b->lowest[v] = table[slot];
@@ -138,10 +138,10 @@ static void find_points(build *b, uint32_t *table, uint64_t slots) {
 /* Edges of all faces, in both directions; those that two faces share come twice. */
 static void connect(build *b) {
   graph *g = &b->next;
-  const uint32_t n = b->key->vertex_count;
-  const size_t corners = 3 * (size_t)b->key->face_count;
+  const uint32_t n = b->mesh->vertex_count;
+  const size_t corners = 3 * (size_t)b->mesh->face_count;
   memset(g->end, 0, n * sizeof *g->end);
-  for (size_t i = 0; i < corners; i++) g->end[b->lowest[b->key->faces[i]]] += 2;
+  for (size_t i = 0; i < corners; i++) g->end[b->lowest[b->mesh->faces[i]]] += 2;
   uint32_t at = 0;
   for (uint32_t v = 0; v < n; v++) {
     g->begin[v] = at;
@@ -149,7 +149,8 @@ static void connect(build *b) {
     g->end[v] = g->begin[v];
   }
   for (size_t i = 0; i < corners; i++) {
-    const uint32_t v = b->lowest[b->key->faces[i]], w = b->lowest[b->key->faces[i % 3 == 2 ? i - 2 : i + 1]];
+    const uint32_t v = b->lowest[b->mesh->faces[i]],
+                   w = b->lowest[b->mesh->faces[i % 3 == 2 ? i - 2 : i + 1]];
     g->neighbour[g->end[v]++] = w;
     g->neighbour[g->end[w]++] = v;
   }
@@ -210,7 +211,7 @@ static void set_stencil(const build *b, uint32_t v, const uint32_t *nodes, uint3
   for (uint32_t i = 0; i < count; i++)
     for (size_t a = 0; a < 3; a++) {
       const int64_t u =
-          (int64_t)b->key->lattice[3 * (size_t)nodes[i] + a] - b->key->lattice[3 * (size_t)v + a];
+          (int64_t)b->mesh->lattice[3 * (size_t)nodes[i] + a] - b->mesh->lattice[3 * (size_t)v + a];
       offsets[i][a] = u;
       most |= u < 0 ? -u : u;
     }
@@ -281,7 +282,7 @@ static void set_single(fvv_delta_stencil *stencil, uint32_t node) {
 /* Vertices on the points of others move with them and come last. What no pass took out comes first, each
  * predicted from the one before it: many small pieces that move together have nothing else in common. */
 static void take_rest(build *b) {
-  const uint32_t n = b->key->vertex_count;
+  const uint32_t n = b->mesh->vertex_count;
   uint32_t place = 0;
   for (; place < b->left_count; place++) {
     if (place) set_single(&b->out->stencils[place], b->left[place - 1]);
@@ -300,13 +301,14 @@ static void end_levels(build *b, uint32_t points) {
   for (uint32_t p = b->pass_count / FVV_DELTA_PASSES_A_LEVEL; p-- > 0;)
     h->level_end[h->level_count++] =
         b->pass_begin[FVV_DELTA_PASSES_A_LEVEL * p + FVV_DELTA_PASSES_A_LEVEL - 1];
+  h->points = points;
   h->level_end[h->level_count++] = points;
   if (points < h->vertex_count) h->level_end[h->level_count++] = h->vertex_count;
 }
 
 /* Nodes: vertices -> places. */
 static void find_places(build *b) {
-  const uint32_t n = b->key->vertex_count;
+  const uint32_t n = b->mesh->vertex_count;
   uint32_t *const place = b->stamp;
   for (uint32_t i = 0; i < n; i++) place[b->out->order[i]] = i;
   for (uint32_t i = 1; i < n; i++) {
@@ -316,7 +318,7 @@ static void find_places(build *b) {
 }
 
 static void take_levels(build *b) {
-  memset(b->into, 0xff, b->key->vertex_count * sizeof *b->into);
+  memset(b->into, 0xff, b->mesh->vertex_count * sizeof *b->into);
   connect(b);
   contract(b);
   const uint32_t points = b->left_count;
@@ -327,18 +329,18 @@ static void take_levels(build *b) {
   find_places(b);
 }
 
-fvv_status fvv_delta_hierarchy_build(const fvv_mesh *key, const fvv_allocator *allocator,
+fvv_status fvv_delta_hierarchy_build(const fvv_mesh *mesh, const fvv_allocator *allocator,
                                      fvv_delta_hierarchy *hierarchy) {
-  const uint32_t n = key->vertex_count;
+  const uint32_t n = mesh->vertex_count;
   memset(hierarchy, 0, sizeof *hierarchy);
   hierarchy->vertex_count = n;
   hierarchy->allocator = *allocator;
   build b;
   memset(&b, 0, sizeof b);
-  b.key = key;
+  b.mesh = mesh;
   b.out = hierarchy;
   /* Slots of points; the table's memory serves the graphs afterwards. */
-  const uint64_t slots = fvv_hash_slots(n), edges = 6 * (uint64_t)key->face_count;
+  const uint64_t slots = fvv_hash_slots(n), edges = 6 * (uint64_t)mesh->face_count;
   if (slots > SIZE_MAX / sizeof(uint32_t) || edges >= UINT32_MAX) return FVV_ERROR_MEMORY;
   const size_t half = (size_t)(edges >= slots ? edges + 1 : slots);
   const size_t per_vertex = n * sizeof(uint32_t);

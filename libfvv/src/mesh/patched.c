@@ -1,5 +1,5 @@
-/* Patched frames: delta frames in which a mesh of its own replaces some faces of the key mesh (clause 8.14).
- */
+/* Patched frames: delta frames in which a mesh of its own replaces some faces, for all frames that follow
+ * (clause 8.14). */
 #include "mesh/patched.h"
 
 #include <string.h>
@@ -63,10 +63,35 @@ static fvv_status no_memory(const fvv_mesh_sequence *s, fvv_diagnostic *diagnost
                   (unsigned long)s->mesh.face_count);
 }
 
-/* The runs change the flags of the frame before. *kept: faces that are not left out. */
-static fvv_status read_runs(fvv_mesh_sequence *s, const uint8_t *payload, const fvv_patched_parts *parts,
-                            uint32_t *kept, fvv_diagnostic *diagnostic) {
-  const uint32_t faces = s->mesh.face_count;
+/* Room for the flags; none is set. */
+static fvv_status begin_change(const fvv_mesh_sequence *s, fvv_patched_change *change,
+                               fvv_diagnostic *diagnostic) {
+  change->face_count = s->mesh.face_count;
+  change->vertex_count = s->mesh.vertex_count;
+  change->absent = fvv_allocate_zeroed(&s->allocator, change->face_count);
+  change->used = fvv_allocate_zeroed(&s->allocator, change->vertex_count);
+  return change->absent && change->used ? FVV_OK : no_memory(s, diagnostic);
+}
+
+void fvv_patched_change_free(fvv_patched_change *change, const fvv_allocator *allocator) {
+  fvv_release(allocator, change->absent, change->face_count);
+  fvv_release(allocator, change->used, change->vertex_count);
+  memset(change, 0, sizeof *change);
+}
+
+/* What remains, by the flags of faces. */
+static void count_kept(const fvv_mesh_sequence *s, fvv_patched_change *change) {
+  for (size_t f = 0; f < change->face_count; f++) {
+    if (change->absent[f]) continue;
+    change->kept_faces++;
+    for (size_t i = 3 * f; i < 3 * f + 3; i++) change->used[s->mesh.faces[i]] = 1;
+  }
+  for (size_t v = 0; v < change->vertex_count; v++) change->kept_vertices += change->used[v];
+}
+
+static fvv_status read_runs(const uint8_t *payload, const fvv_patched_parts *parts,
+                            fvv_patched_change *change, fvv_diagnostic *diagnostic) {
+  const uint32_t faces = change->face_count;
   fvv_cursor cursor = {payload, parts->patch, parts->absent, 0};
   uint32_t face = 0;
   for (uint32_t run = 0; cursor.position < cursor.size && !cursor.failed; run++) {
@@ -74,37 +99,37 @@ static fvv_status read_runs(fvv_mesh_sequence *s, const uint8_t *payload, const 
     const uint64_t length = fvv_cursor_uleb(&cursor);
     if (cursor.failed || (run && !length) || length > faces - face)
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PATCHED_FACES, FVV_CHUNK_MESH, offset,
-                      "run %lu has %llu faces, %lu of the key mesh are left", (unsigned long)run,
+                      "run %lu has %llu faces, %lu of the mesh before are left", (unsigned long)run,
                       (unsigned long long)length, (unsigned long)(faces - face));
-    const uint32_t end = face + (uint32_t)length;
-    for (; face < end; face++) s->absent[face] ^= run & 1;
+    memset(change->absent + face, run & 1, (size_t)length);
+    face += (uint32_t)length;
   }
-  if (face != faces)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PATCHED_FACES, FVV_CHUNK_MESH, parts->absent,
-                    "runs of %lu faces, the key mesh has %lu", (unsigned long)face, (unsigned long)faces);
-  *kept = 0;
-  for (face = 0; face < faces; face++) *kept += !s->absent[face];
-  return FVV_OK;
+  if (face == faces) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PATCHED_FACES, FVV_CHUNK_MESH, parts->absent,
+                  "runs of %lu faces, the mesh before has %lu", (unsigned long)face, (unsigned long)faces);
 }
 
 fvv_status fvv_patched_read(fvv_mesh_sequence *sequence, const uint8_t *payload,
                             const fvv_mesh_header *header, const fvv_patched_parts *parts,
-                            const fvv_limits *limits, fvv_diagnostic *diagnostic) {
+                            const fvv_limits *limits, fvv_patched_change *change,
+                            fvv_diagnostic *diagnostic) {
   fvv_mesh_sequence *s = sequence;
-  if (!s->absent) s->absent = fvv_allocate_zeroed(&s->allocator, s->mesh.face_count);
-  if (!s->absent) return no_memory(s, diagnostic);
-  uint32_t kept = 0;
-  const fvv_status status = read_runs(s, payload, parts, &kept, diagnostic);
+  fvv_status status = begin_change(s, change, diagnostic);
+  if (status == FVV_OK) status = read_runs(payload, parts, change, diagnostic);
   if (status != FVV_OK) return status;
-  const uint64_t vertices = (uint64_t)s->mesh.vertex_count + parts->header.vertex_count,
-                 faces = (uint64_t)kept + parts->header.face_count;
+  count_kept(s, change);
+  const uint64_t vertices = (uint64_t)change->kept_vertices + parts->header.vertex_count,
+                 faces = (uint64_t)change->kept_faces + parts->header.face_count;
   if (header->vertex_count != vertices || header->face_count != faces)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PATCHED_COUNTS, FVV_CHUNK_MESH,
                     FVV_MESH_VERTEX_COUNT,
-                    "%lu vertices and %lu faces, key mesh and patch together have %llu and %llu",
+                    "%lu vertices and %lu faces, what remains and the patch have %llu and %llu together",
                     (unsigned long)header->vertex_count, (unsigned long)header->face_count,
                     (unsigned long long)vertices, (unsigned long long)faces);
-  fvv_mesh_free(&s->patch);
+  if (vertices > FVV_DELTA_VERTICES_MAX)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_MESH, FVV_MESH_VERTEX_COUNT,
+                    "%llu vertices, delta frames can follow at most %lu", (unsigned long long)vertices,
+                    (unsigned long)FVV_DELTA_VERTICES_MAX);
   if (!parts->patch_size) return FVV_OK;
   return in_patch(parts,
                   fvv_mesh_decode(payload + parts->patch, parts->patch_size, limits, &s->allocator, &s->patch,
@@ -112,92 +137,92 @@ fvv_status fvv_patched_read(fvv_mesh_sequence *sequence, const uint8_t *payload,
                   diagnostic);
 }
 
-fvv_status fvv_patched_decode_patch(const uint8_t *payload, size_t size, const fvv_limits *limits,
-                                    const fvv_allocator *allocator, fvv_mesh *patch,
-                                    fvv_diagnostic *diagnostic) {
-  memset(patch, 0, sizeof *patch);
-  fvv_mesh_header header;
-  fvv_patched_parts parts;
-  fvv_status status = fvv_mesh_peek(payload, size, limits, &header, diagnostic);
-  if (status != FVV_OK || header.profile != FVV_MESH_PATCHED) return status;
-  status = fvv_patched_split(payload + FVV_MESH_SIZE, &header, limits, &parts, diagnostic);
-  if (status != FVV_OK || !parts.patch_size) return status;
-  return in_patch(
-      &parts, fvv_mesh_decode(payload + parts.patch, parts.patch_size, limits, allocator, patch, diagnostic),
-      diagnostic);
-}
-
-static void copy_pairs(uint32_t *to, const uint32_t *key, uint32_t key_vertices, const fvv_mesh *patch,
+/* Pairs of the vertices that stay, then those of the patch. */
+static void copy_pairs(const fvv_mesh_sequence *s, uint32_t *to, const uint32_t *former,
                        const uint32_t *own) {
   if (!to) return;
-  memcpy(to, key, (size_t)key_vertices * 2 * sizeof *to);
-  if (own) memcpy(to + 2 * (size_t)key_vertices, own, (size_t)patch->vertex_count * 2 * sizeof *to);
+  for (size_t v = 0; v < s->kept_count; v++)
+    memcpy(to + 2 * v, former + 2 * (size_t)s->kept[v], 2 * sizeof *to);
+  if (own) memcpy(to + 2 * (size_t)s->kept_count, own, (size_t)s->patch.vertex_count * 2 * sizeof *to);
 }
 
-static void fill(const fvv_mesh_sequence *s, fvv_mesh *out) {
-  const fvv_mesh *key = &s->mesh, *patch = &s->patch;
-  const size_t vertices = key->vertex_count;
-  memcpy(out->lattice, key->lattice, vertices * 3 * sizeof *out->lattice);
+/* number: of each vertex that stays its place among them. */
+static void fill(const fvv_mesh_sequence *s, const fvv_patched_change *change, const uint32_t *number,
+                 fvv_mesh *out) {
+  const fvv_mesh *former = &s->mesh, *patch = &s->patch;
+  for (size_t v = 0; v < s->kept_count; v++)
+    memcpy(out->lattice + 3 * v, former->lattice + 3 * (size_t)s->kept[v], 3 * sizeof *out->lattice);
   if (patch->lattice)
-    memcpy(out->lattice + 3 * vertices, patch->lattice,
+    memcpy(out->lattice + 3 * (size_t)s->kept_count, patch->lattice,
            (size_t)patch->vertex_count * 3 * sizeof *out->lattice);
-  copy_pairs(out->texture, key->texture, key->vertex_count, patch, patch->texture);
-  copy_pairs(out->normals, key->normals, key->vertex_count, patch, patch->normals);
+  copy_pairs(s, out->texture, former->texture, patch->texture);
+  copy_pairs(s, out->normals, former->normals, patch->normals);
   uint32_t *to = out->faces;
-  for (size_t f = 0; f < key->face_count; f++) {
-    if (s->absent[f]) continue;
-    memcpy(to, key->faces + 3 * f, 3 * sizeof *to);
-    to += 3;
+  for (size_t f = 0; f < former->face_count; f++) {
+    if (change->absent[f]) continue;
+    for (size_t i = 3 * f; i < 3 * f + 3; i++) *to++ = number[former->faces[i]];
   }
-  for (size_t i = 0; i < 3 * (size_t)patch->face_count; i++) *to++ = patch->faces[i] + key->vertex_count;
+  for (size_t i = 0; i < 3 * (size_t)patch->face_count; i++) *to++ = patch->faces[i] + s->kept_count;
 }
 
-fvv_status fvv_patched_merge(fvv_mesh_sequence *sequence, fvv_diagnostic *diagnostic) {
+fvv_status fvv_patched_merge(fvv_mesh_sequence *sequence, const fvv_patched_change *change,
+                             fvv_diagnostic *diagnostic) {
   fvv_mesh_sequence *s = sequence;
-  fvv_mesh_free(&s->merged);
-  fvv_mesh *out = &s->merged;
-  out->allocator = s->allocator;
-  out->vertex_count = s->mesh.vertex_count + s->patch.vertex_count;
-  out->face_count = s->patch.face_count;
-  for (size_t f = 0; f < s->mesh.face_count; f++) out->face_count += !s->absent[f];
-  out->texture_bits = s->mesh.texture_bits;
-  out->normal_bits = s->mesh.normal_bits;
-  if (!fvv_mesh_allocate(out)) return no_memory(s, diagnostic);
-  fill(s, out);
-  return FVV_OK;
+  fvv_mesh out = {.allocator = s->allocator,
+                  .vertex_count = change->kept_vertices + s->patch.vertex_count,
+                  .face_count = change->kept_faces + s->patch.face_count,
+                  .texture_bits = s->mesh.texture_bits,
+                  .normal_bits = s->mesh.normal_bits};
+  /* One more, so that a frame that keeps nothing has an address. */
+  s->kept = fvv_allocate_array(&s->allocator, (size_t)change->kept_vertices + 1, sizeof *s->kept);
+  uint32_t *number = fvv_allocate_array(&s->allocator, change->vertex_count, sizeof *number);
+  fvv_status status = s->kept && number && fvv_mesh_allocate(&out) ? FVV_OK : FVV_ERROR_MEMORY;
+  if (s->kept) s->kept_count = change->kept_vertices;
+  if (status == FVV_OK) {
+    uint32_t kept = 0;
+    for (uint32_t v = 0; v < change->vertex_count; v++) {
+      if (!change->used[v]) continue;
+      number[v] = kept;
+      s->kept[kept++] = v;
+    }
+    fill(s, change, number, &out);
+    status = fvv_delta_replace_mesh(s, &out);
+  }
+  fvv_release(&s->allocator, number, change->vertex_count * sizeof *number);
+  fvv_mesh_free(&out);
+  return status == FVV_OK ? FVV_OK : no_memory(s, diagnostic);
 }
 
 void fvv_patched_clear(fvv_mesh_sequence *sequence) {
-  fvv_mesh_free(&sequence->merged);
-  fvv_mesh_free(&sequence->patch);
-  if (sequence->absent) memset(sequence->absent, 0, sequence->mesh.face_count);
+  fvv_mesh_sequence *s = sequence;
+  fvv_mesh_free(&s->patch);
+  fvv_release(&s->allocator, s->kept, ((size_t)s->kept_count + 1) * sizeof *s->kept);
+  s->kept = NULL;
+  s->kept_count = 0;
 }
 
 const fvv_mesh *fvv_mesh_sequence_patch(const fvv_mesh_sequence *sequence) {
   return sequence->patch.lattice ? &sequence->patch : NULL;
 }
 
-const uint8_t *fvv_mesh_sequence_absent(const fvv_mesh_sequence *sequence) {
-  return sequence->merged.lattice ? sequence->absent : NULL;
+const uint32_t *fvv_mesh_sequence_kept(const fvv_mesh_sequence *sequence, uint32_t *count) {
+  *count = sequence->kept ? sequence->kept_count : sequence->mesh.vertex_count;
+  return sequence->kept;
 }
 
 /* ---- writing ------------------------------------------------------------------------------------------ */
-
-static int is_absent(const fvv_mesh_patch *patch, size_t face) {
-  return patch->absent && patch->absent[face];
-}
 
 static fvv_status check_border(const fvv_mesh_sequence *s, const fvv_mesh_patch *patch,
                                fvv_diagnostic *diagnostic) {
   for (uint32_t v = 0; patch->border && v < patch->mesh->vertex_count; v++)
     if (patch->border[v] != UINT32_MAX && patch->border[v] >= s->mesh.vertex_count)
       return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_INDEX, 0, 0,
-                      "vertex %lu of the patch is to lie on vertex %lu of a key mesh of %lu",
-                      (unsigned long)v, (unsigned long)patch->border[v], (unsigned long)s->mesh.vertex_count);
+                      "vertex %lu of the patch is to lie on vertex %lu of a mesh of %lu", (unsigned long)v,
+                      (unsigned long)patch->border[v], (unsigned long)s->mesh.vertex_count);
   return FVV_OK;
 }
 
-/* What is found here is found before anything of the state changes. kept: faces that are not left out. */
+/* kept: faces that are not left out. */
 static fvv_status check_arguments(const fvv_mesh_sequence *s, const fvv_mesh_patch *patch, uint32_t kept,
                                   fvv_diagnostic *diagnostic) {
   const fvv_mesh *mesh = patch->mesh;
@@ -216,45 +241,44 @@ static fvv_status check_arguments(const fvv_mesh_sequence *s, const fvv_mesh_pat
                     (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
   if (mesh->texture_bits != s->mesh.texture_bits || mesh->normal_bits != s->mesh.normal_bits)
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_PATCHED_MESH, 0, 0,
-                    "a patch with %u texture and %u normal bits, the key mesh has %u and %u",
+                    "a patch with %u texture and %u normal bits, the mesh before has %u and %u",
                     mesh->texture_bits, mesh->normal_bits, s->mesh.texture_bits, s->mesh.normal_bits);
   fvv_status status = fvv_mesh_check(mesh, FVV_MESH_FROM_CALLER, &s->allocator, diagnostic);
   return status == FVV_OK ? check_border(s, patch, diagnostic) : status;
 }
 
 /* Draco may give a patch more vertices than it was handed: it is called before and after. */
-static fvv_status check_readable(const fvv_mesh_sequence *s, uint32_t vertices, uint32_t faces,
+static fvv_status check_readable(const fvv_patched_change *change, uint32_t vertices, uint32_t faces,
                                  fvv_diagnostic *diagnostic) {
   const fvv_limits limits = fvv_limits_or_default(NULL);
   const fvv_status status =
-      fvv_readable_check((uint64_t)s->mesh.vertex_count + vertices, limits.max_vertices,
+      fvv_readable_check((uint64_t)change->kept_vertices + vertices, limits.max_vertices,
                          "vertices of a mesh with its patch", FVV_CHUNK_MESH, diagnostic);
   return status != FVV_OK ? status
-                          : fvv_readable_check((uint64_t)s->mesh.face_count + faces, limits.max_faces,
+                          : fvv_readable_check((uint64_t)change->kept_faces + faces, limits.max_faces,
                                                "faces of a mesh with its patch", FVV_CHUNK_MESH, diagnostic);
 }
 
-static fvv_status put_runs(const fvv_mesh_sequence *s, const fvv_mesh_patch *patch, fvv_bytes *runs) {
-  const uint8_t *before = s->absent;
+static fvv_status put_runs(const fvv_patched_change *change, fvv_bytes *runs) {
   uint32_t length = 0;
-  int changes = 0;
+  int absent = 0;
   fvv_status status = FVV_OK;
-  for (uint32_t f = 0; f < s->mesh.face_count && status == FVV_OK; f++, length++) {
-    if (((before && before[f]) != is_absent(patch, f)) == changes) continue;
+  for (uint32_t f = 0; f < change->face_count && status == FVV_OK; f++, length++) {
+    if (change->absent[f] == absent) continue;
     status = fvv_bytes_append_uleb(runs, length);
     length = 0;
-    changes = !changes;
+    absent = !absent;
   }
   return status == FVV_OK ? fvv_bytes_append_uleb(runs, length) : status;
 }
 
-/* The patch as it is sent: its border lies on the key mesh's vertices as they are decoded in this frame. */
-static fvv_status encode_patch(const fvv_mesh_sequence *s, const fvv_mesh_patch *patch, fvv_bytes *bytes,
-                               fvv_diagnostic *diagnostic) {
+/* The patch as it is sent: its border lies on the vertices that stay, as they are decoded in this frame. */
+static fvv_status encode_patch(const fvv_mesh_sequence *s, const fvv_patched_change *change,
+                               const fvv_mesh_patch *patch, fvv_bytes *bytes, fvv_diagnostic *diagnostic) {
   fvv_mesh joined;
   if (fvv_mesh_copy(patch->mesh, &s->allocator, &joined) != FVV_OK) return no_memory(s, diagnostic);
   for (size_t v = 0; patch->border && v < joined.vertex_count; v++)
-    if (patch->border[v] != UINT32_MAX)
+    if (patch->border[v] != UINT32_MAX && change->used[patch->border[v]])
       memcpy(joined.lattice + 3 * v, s->mesh.lattice + 3 * (size_t)patch->border[v],
              3 * sizeof *joined.lattice);
   const fvv_status status =
@@ -268,10 +292,10 @@ typedef struct coded_parts {
   fvv_bytes runs, patch, delta;
 } coded_parts;
 
-static fvv_status put_parts(const fvv_mesh_sequence *s, const coded_parts *parts,
-                            const fvv_mesh_header *patch, uint32_t kept, fvv_bytes *payload) {
-  fvv_status status = fvv_delta_put_header(s, FVV_MESH_PATCHED, s->mesh.vertex_count + patch->vertex_count,
-                                           kept + patch->face_count, payload);
+static fvv_status put_parts(const fvv_mesh_sequence *s, const fvv_patched_change *change,
+                            const coded_parts *parts, fvv_bytes *payload) {
+  fvv_status status = fvv_delta_put_header(s, FVV_MESH_PATCHED, change->kept_vertices + s->patch.vertex_count,
+                                           change->kept_faces + s->patch.face_count, payload);
   if (status == FVV_OK) status = fvv_bytes_append_uleb(payload, parts->runs.size);
   if (status == FVV_OK) status = fvv_bytes_append_uleb(payload, parts->patch.size);
   if (status == FVV_OK) status = fvv_bytes_append(payload, parts->runs.data, parts->runs.size);
@@ -279,41 +303,39 @@ static fvv_status put_parts(const fvv_mesh_sequence *s, const coded_parts *parts
   return status == FVV_OK ? fvv_bytes_append(payload, parts->delta.data, parts->delta.size) : status;
 }
 
-/* Reads back what was written: that is the state of the next frame. */
-static fvv_status follow(fvv_mesh_sequence *s, const fvv_mesh_patch *patch, const fvv_bytes *payload,
-                         fvv_diagnostic *diagnostic) {
-  fvv_mesh_header header;
-  fvv_patched_parts parts;
-  fvv_diagnostic why;
-  fvv_status status = fvv_mesh_peek(payload->data, payload->size, NULL, &header, &why);
-  if (status == FVV_OK)
-    status = fvv_patched_split(payload->data + FVV_MESH_SIZE, &header, NULL, &parts, &why);
-  if (status == FVV_OK) status = fvv_patched_read(s, payload->data, &header, &parts, NULL, &why);
-  int same = status == FVV_OK;
-  for (size_t f = 0; f < s->mesh.face_count && same; f++) same = s->absent[f] == is_absent(patch, f);
-  if (same) return fvv_patched_merge(s, diagnostic);
-  if (status == FVV_ERROR_MEMORY) return no_memory(s, diagnostic);
-  return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "what was encoded does not decode: %.150s",
-                  status == FVV_OK ? "other faces are left out" : why.message);
-}
-
-/* Moves the vertices, then codes all of the frame; after an error nothing can follow. */
+/* Moves the vertices, codes the patch and reads it back: that is the state of the next frame. After an error
+ * nothing can follow. */
 static fvv_status encode_parts(fvv_mesh_sequence *s, const int32_t *lattice,
                                const fvv_mesh_delta_options *options, const fvv_mesh_patch *patch,
-                               uint32_t kept, coded_parts *parts, fvv_bytes *payload,
+                               const fvv_patched_change *change, coded_parts *parts, fvv_bytes *payload,
                                fvv_diagnostic *diagnostic) {
-  if (put_runs(s, patch, &parts->runs) != FVV_OK) return no_memory(s, diagnostic);
-  fvv_status status = fvv_delta_put_levels(s, lattice, options, &parts->delta, diagnostic);
-  fvv_mesh_header header = {0};
+  if (put_runs(change, &parts->runs) != FVV_OK) return no_memory(s, diagnostic);
+  fvv_status status = fvv_delta_put_levels(s, lattice, change->used, options, &parts->delta, diagnostic);
   if (status == FVV_OK && patch->mesh) {
-    status = encode_patch(s, patch, &parts->patch, diagnostic);
+    status = encode_patch(s, change, patch, &parts->patch, diagnostic);
     if (status == FVV_OK)
-      status = fvv_mesh_peek(parts->patch.data, parts->patch.size, NULL, &header, diagnostic);
-    if (status == FVV_OK) status = check_readable(s, header.vertex_count, header.face_count, diagnostic);
+      status =
+          fvv_mesh_decode(parts->patch.data, parts->patch.size, NULL, &s->allocator, &s->patch, diagnostic);
+    if (status == FVV_OK)
+      status = check_readable(change, s->patch.vertex_count, s->patch.face_count, diagnostic);
   }
   if (status != FVV_OK) return status;
-  if (put_parts(s, parts, &header, kept, payload) != FVV_OK) return no_memory(s, diagnostic);
-  return follow(s, patch, payload, diagnostic);
+  if (put_parts(s, change, parts, payload) != FVV_OK) return no_memory(s, diagnostic);
+  return fvv_patched_merge(s, change, diagnostic);
+}
+
+/* What is found here is found before anything of the state changes. */
+static fvv_status prepare(const fvv_mesh_sequence *s, const int32_t *lattice,
+                          const fvv_mesh_delta_options *options, const fvv_mesh_patch *patch,
+                          fvv_patched_change *change, fvv_diagnostic *diagnostic) {
+  fvv_status status = fvv_delta_check_input(s, lattice, options, diagnostic);
+  if (status == FVV_OK) status = begin_change(s, change, diagnostic);
+  if (status != FVV_OK) return status;
+  for (size_t f = 0; patch->absent && f < change->face_count; f++) change->absent[f] = !!patch->absent[f];
+  count_kept(s, change);
+  status = check_arguments(s, patch, change->kept_faces, diagnostic);
+  if (status != FVV_OK || !patch->mesh) return status;
+  return check_readable(change, patch->mesh->vertex_count, patch->mesh->face_count, diagnostic);
 }
 
 fvv_status fvv_mesh_sequence_encode_patched(fvv_mesh_sequence *sequence, const int32_t *lattice,
@@ -326,21 +348,21 @@ fvv_status fvv_mesh_sequence_encode_patched(fvv_mesh_sequence *sequence, const i
   payload->size = 0;
   fvv_mesh_patch chosen = {0};
   memcpy(&chosen, patch, patch->struct_size < sizeof chosen ? patch->struct_size : sizeof chosen);
-  uint32_t kept = 0;
-  for (size_t f = 0; f < s->mesh.face_count; f++) kept += !is_absent(&chosen, f);
-  fvv_status status = fvv_delta_check_input(s, lattice, options, diagnostic);
-  if (status == FVV_OK) status = check_arguments(s, &chosen, kept, diagnostic);
-  if (status == FVV_OK && chosen.mesh)
-    status = check_readable(s, chosen.mesh->vertex_count, chosen.mesh->face_count, diagnostic);
-  if (status != FVV_OK) return status;
-  const fvv_bytes none = {NULL, 0, 0, s->allocator};
-  coded_parts parts = {none, none, none};
-  status = encode_parts(s, lattice, options, &chosen, kept, &parts, payload, diagnostic);
-  fvv_bytes_free(&parts.runs);
-  fvv_bytes_free(&parts.patch);
-  fvv_bytes_free(&parts.delta);
-  if (status == FVV_OK) return FVV_OK;
-  payload->size = 0;
-  s->broken = 1;
+  fvv_patched_change change = {0};
+  fvv_status status = prepare(s, lattice, options, &chosen, &change, diagnostic);
+  if (status == FVV_OK) {
+    const fvv_bytes none = {NULL, 0, 0, s->allocator};
+    coded_parts parts = {none, none, none};
+    fvv_patched_clear(s);
+    status = encode_parts(s, lattice, options, &chosen, &change, &parts, payload, diagnostic);
+    fvv_bytes_free(&parts.runs);
+    fvv_bytes_free(&parts.patch);
+    fvv_bytes_free(&parts.delta);
+    if (status != FVV_OK) {
+      payload->size = 0;
+      s->broken = 1;
+    }
+  }
+  fvv_patched_change_free(&change, &s->allocator);
   return status;
 }

@@ -10,32 +10,49 @@
 #include "base/memory.h"
 #include "mesh/mesh.h"
 #include "mesh/normals.h"
-
-/* The hierarchy's tables have twice as many slots, counted in 32 bits. */
-#define VERTICES_MAX (UINT32_C(1) << 30)
+#include "mesh/patched.h"
 
 static fvv_status out_of_memory(const fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
   return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for a mesh sequence of %lu vertices",
                   (unsigned long)mesh->vertex_count);
 }
 
-static fvv_status allocate(fvv_mesh_sequence *s, const fvv_mesh *key) {
-  fvv_status status = fvv_mesh_copy(key, &s->allocator, &s->mesh);
-  if (status == FVV_OK) status = fvv_delta_hierarchy_build(&s->mesh, &s->allocator, &s->hierarchy);
+/* What follows from the mesh of s, which is there. */
+static fvv_status allocate(fvv_mesh_sequence *s) {
+  const fvv_status status = fvv_delta_hierarchy_build(&s->mesh, &s->allocator, &s->hierarchy);
   if (status != FVV_OK) return status;
-  const size_t vertices = key->vertex_count;
+  const size_t vertices = s->mesh.vertex_count;
   s->place = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->place);
   s->motion = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->motion);
   s->now = fvv_allocate_array(&s->allocator, vertices, sizeof *s->now);
   s->before = fvv_allocate_array(&s->allocator, vertices, sizeof *s->before);
   s->last = fvv_allocate_zeroed(&s->allocator, vertices * 3);
-  s->models = fvv_allocate_array(&s->allocator, s->hierarchy.level_count, sizeof *s->models);
+  s->model_count = s->hierarchy.level_count + 1;
+  s->models = fvv_allocate_array(&s->allocator, s->model_count, sizeof *s->models);
   if (!s->place || !s->motion || !s->now || !s->before || !s->last || !s->models) return FVV_ERROR_MEMORY;
-  if (!key->normals) return FVV_OK;
+  if (!s->mesh.normals) return FVV_OK;
   s->sent_normals = fvv_allocate_array(&s->allocator, vertices, 2 * sizeof *s->sent_normals);
-  s->key_normals = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->key_normals);
+  s->base_normals = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->base_normals);
   s->face_normals = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->face_normals);
-  return s->sent_normals && s->key_normals && s->face_normals ? FVV_OK : FVV_ERROR_MEMORY;
+  return s->sent_normals && s->base_normals && s->face_normals ? FVV_OK : FVV_ERROR_MEMORY;
+}
+
+/* All that s holds. */
+static void release(fvv_mesh_sequence *s) {
+  const fvv_allocator allocator = s->allocator;
+  const size_t vertices = s->hierarchy.vertex_count;
+  fvv_release(&allocator, s->place, vertices * 3 * sizeof *s->place);
+  fvv_release(&allocator, s->motion, vertices * 3 * sizeof *s->motion);
+  fvv_release(&allocator, s->now, vertices * sizeof *s->now);
+  fvv_release(&allocator, s->before, vertices * sizeof *s->before);
+  fvv_release(&allocator, s->last, vertices * 3);
+  fvv_release(&allocator, s->sent_normals, vertices * 2 * sizeof *s->sent_normals);
+  fvv_release(&allocator, s->base_normals, vertices * 3 * sizeof *s->base_normals);
+  fvv_release(&allocator, s->face_normals, vertices * 3 * sizeof *s->face_normals);
+  fvv_release(&allocator, s->models, s->model_count * sizeof *s->models);
+  fvv_patched_clear(s);
+  fvv_delta_hierarchy_free(&s->hierarchy);
+  fvv_mesh_free(&s->mesh);
 }
 
 static void start(fvv_mesh_sequence *s) {
@@ -48,10 +65,10 @@ static void start(fvv_mesh_sequence *s) {
   memset(s->motion, 0, 3 * sizeof *s->motion);
   const size_t probabilities = sizeof *s->models / sizeof(fvv_probability);
   fvv_probability *p = (fvv_probability *)s->models;
-  for (size_t i = 0; i < s->hierarchy.level_count * probabilities; i++) fvv_probability_reset(&p[i]);
+  for (size_t i = 0; i < s->model_count * probabilities; i++) fvv_probability_reset(&p[i]);
   if (!s->sent_normals) return;
   memcpy(s->sent_normals, s->mesh.normals, (size_t)s->mesh.vertex_count * 2 * sizeof *s->sent_normals);
-  fvv_normals_of_faces(&s->mesh, NULL, s->key_normals);
+  fvv_normals_of_faces(&s->mesh, NULL, s->base_normals);
 }
 
 fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allocator,
@@ -59,7 +76,7 @@ fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allo
   fvv_diagnostic_clear(diagnostic);
   *sequence = NULL;
   const fvv_allocator chosen = fvv_allocator_or_default(allocator);
-  if (key->vertex_count < 3 || key->face_count < 1 || key->vertex_count > VERTICES_MAX)
+  if (key->vertex_count < 3 || key->face_count < 1 || key->vertex_count > FVV_DELTA_VERTICES_MAX)
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_COUNTS, 0, 0,
                     "a key mesh of %lu vertices and %lu faces", (unsigned long)key->vertex_count,
                     (unsigned long)key->face_count);
@@ -68,7 +85,8 @@ fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allo
   fvv_mesh_sequence *s = fvv_allocate_zeroed(&chosen, sizeof *s);
   if (!s) return out_of_memory(key, diagnostic);
   s->allocator = chosen;
-  status = allocate(s, key);
+  status = fvv_mesh_copy(key, &s->allocator, &s->mesh);
+  if (status == FVV_OK) status = allocate(s);
   if (status != FVV_OK) {
     fvv_mesh_sequence_close(s);
     return out_of_memory(key, diagnostic);
@@ -80,28 +98,68 @@ fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allo
 
 void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence) {
   if (!sequence) return;
-  fvv_mesh_sequence *s = sequence;
-  const fvv_allocator allocator = s->allocator;
-  const size_t vertices = s->hierarchy.vertex_count;
-  fvv_release(&allocator, s->place, vertices * 3 * sizeof *s->place);
-  fvv_release(&allocator, s->motion, vertices * 3 * sizeof *s->motion);
-  fvv_release(&allocator, s->now, vertices * sizeof *s->now);
-  fvv_release(&allocator, s->before, vertices * sizeof *s->before);
-  fvv_release(&allocator, s->last, vertices * 3);
-  fvv_release(&allocator, s->sent_normals, vertices * 2 * sizeof *s->sent_normals);
-  fvv_release(&allocator, s->key_normals, vertices * 3 * sizeof *s->key_normals);
-  fvv_release(&allocator, s->face_normals, vertices * 3 * sizeof *s->face_normals);
-  fvv_release(&allocator, s->absent, s->mesh.face_count);
-  fvv_mesh_free(&s->merged);
-  fvv_mesh_free(&s->patch);
-  fvv_release(&allocator, s->models, s->hierarchy.level_count * sizeof *s->models);
-  fvv_delta_hierarchy_free(&s->hierarchy);
-  fvv_mesh_free(&s->mesh);
-  fvv_release(&allocator, s, sizeof *s);
+  const fvv_allocator allocator = sequence->allocator;
+  release(sequence);
+  fvv_release(&allocator, sequence, sizeof *sequence);
+}
+
+/* What is known of vertices that stay goes with them, and contexts go on (clause 8.14). place: of each vertex
+ * in the coding order of s. */
+static void carry(fvv_mesh_sequence *s, const uint32_t *place, fvv_mesh_sequence *next) {
+  const fvv_delta_hierarchy *h = &next->hierarchy;
+  for (uint32_t i = 0; i < h->vertex_count; i++) {
+    const uint32_t v = h->order[i];
+    const size_t to = 3 * (size_t)i;
+    if (v < s->kept_count) {
+      const size_t from = place[s->kept[v]];
+      memcpy(next->place + to, s->place + 3 * from, 3 * sizeof *s->place);
+      memcpy(next->last + to, s->last + 3 * from, 3 * sizeof *s->last);
+      next->before[i] = s->before[from];
+    } else if (i >= h->points) {
+      /* A vertex of the patch on the point of another goes with it: their border stays closed. */
+      memcpy(next->place + to, next->place + 3 * (size_t)h->stencils[i].node[0], 3 * sizeof *s->place);
+    }
+  }
+  fvv_mesh_sequence *const most = s->model_count > next->model_count ? s : next;
+  fvv_mesh_sequence *const least = most == s ? next : s;
+  memcpy(next->models, s->models, least->model_count * sizeof *s->models);
+  if (most == next) return;
+  fvv_delta_model *const models = s->models;
+  const uint32_t count = s->model_count;
+  s->models = next->models;
+  s->model_count = next->model_count;
+  next->models = models;
+  next->model_count = count;
+}
+
+fvv_status fvv_delta_replace_mesh(fvv_mesh_sequence *s, fvv_mesh *mesh) {
+  fvv_mesh_sequence next = {.allocator = s->allocator, .mesh = *mesh, .frame = s->frame};
+  memset(mesh, 0, sizeof *mesh);
+  fvv_status status = allocate(&next);
+  const size_t vertices = s->mesh.vertex_count;
+  uint32_t *place = NULL;
+  if (status == FVV_OK) place = fvv_allocate_array(&s->allocator, vertices, sizeof *place);
+  if (!place) {
+    release(&next);
+    s->broken = 1;
+    return FVV_ERROR_MEMORY;
+  }
+  for (uint32_t i = 0; i < vertices; i++) place[s->hierarchy.order[i]] = i;
+  start(&next);
+  carry(s, place, &next);
+  fvv_release(&s->allocator, place, vertices * sizeof *place);
+  next.patch = s->patch;
+  next.kept = s->kept;
+  next.kept_count = s->kept_count;
+  memset(&s->patch, 0, sizeof s->patch);
+  s->kept = NULL;
+  release(s);
+  *s = next;
+  return FVV_OK;
 }
 
 const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence) {
-  return sequence->merged.lattice ? &sequence->merged : &sequence->mesh;
+  return &sequence->mesh;
 }
 
 void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level, uint32_t step) {
@@ -128,7 +186,7 @@ fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payl
        (header->vertex_count != s->mesh.vertex_count || header->face_count != s->mesh.face_count)))
     return fvv_fail(
         diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_KEY, FVV_CHUNK_MESH, FVV_MESH_VERTEX_COUNT,
-        "%lu vertices, %lu faces, %u texture and %u normal bits, the key mesh has %lu, %lu, %u and %u",
+        "%lu vertices, %lu faces, %u texture and %u normal bits, the mesh before has %lu, %lu, %u and %u",
         (unsigned long)header->vertex_count, (unsigned long)header->face_count, header->texture_bits,
         header->normal_bits, (unsigned long)s->mesh.vertex_count, (unsigned long)s->mesh.face_count,
         s->mesh.texture_bits, s->mesh.normal_bits);
@@ -154,7 +212,7 @@ fvv_status fvv_delta_read_levels(const fvv_mesh_sequence *s, const uint8_t *payl
   const uint64_t levels = fvv_cursor_uleb(&cursor);
   if (!cursor.failed && levels != s->hierarchy.level_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, at,
-                    "%llu levels, the key mesh has %lu", (unsigned long long)levels,
+                    "%llu levels, the mesh before has %lu", (unsigned long long)levels,
                     (unsigned long)s->hierarchy.level_count);
   uint64_t all = 0;
   for (uint32_t k = 0; k < s->hierarchy.level_count && !cursor.failed; k++) {

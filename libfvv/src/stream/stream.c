@@ -8,7 +8,6 @@
 #include "base/layout.h"
 #include "base/memory.h"
 #include "mesh/mesh.h"
-#include "mesh/patched.h"
 #include "stream/tracks.h"
 
 /* The chunks of a frame: a run within its group's list, which begins with first. */
@@ -593,15 +592,14 @@ fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t trac
   return status;
 }
 
-/* Colours of frames by number: those of the key mesh on which the frame's mesh depends, and those of its
- * patch. */
+/* Colours of frames by number: those of the key mesh on which the frame's mesh depends, and those of the
+ * patches since. The place of each track is kept. */
 
 typedef struct followed_colours {
   uint16_t track; /* of the meshes */
-  uint64_t chunk; /* offset of the chunk that was decoded last; 0: none */
-  uint64_t patch; /* of the mesh whose patch's colours follow; 0: none do */
-  size_t key_size;
-  fvv_bytes rgb; /* key_size bytes of the key mesh, then those of a patch */
+  uint64_t key;   /* offset of the chunk with the colours of the key mesh; 0: none was decoded */
+  uint64_t last;  /* of the mesh that has the colours */
+  fvv_bytes rgb;
 } followed_colours;
 
 static void release_colours(fvv_stream *stream) {
@@ -647,60 +645,72 @@ static fvv_status decode_colours(fvv_stream *s, const fvv_configuration *configu
 static fvv_status colour_key(fvv_stream *s, const fvv_configuration *configuration, const fvv_chunk_info *key,
                              const fvv_chunk_info *chunk, followed_colours *followed,
                              fvv_diagnostic *diagnostic) {
-  if (followed->chunk == chunk->offset) return FVV_OK;
-  followed->chunk = followed->patch = 0;
+  followed->key = 0;
   fvv_mesh mesh = {0};
   fvv_status status = decode_key(s, key, &mesh, diagnostic);
   if (status == FVV_OK) status = decode_colours(s, configuration, &mesh, chunk, &followed->rgb, diagnostic);
   fvv_mesh_free(&mesh);
   if (status != FVV_OK) return status;
-  followed->chunk = chunk->offset;
-  followed->key_size = followed->rgb.size;
+  followed->key = chunk->offset;
+  followed->last = key->offset;
   return FVV_OK;
 }
 
-/* Appends the colours of a patch: those of its COLR or, without one, the colour of what no camera shows. end:
- * behind the chunks of the frame. */
-static fvv_status append_patch(fvv_stream *s, const fvv_configuration *configuration,
-                               const fvv_chunk_info *wanted, const fvv_chunk_info *end, const fvv_mesh *patch,
-                               fvv_bytes *rgb, fvv_diagnostic *diagnostic) {
-  const fvv_chunk_info *chunk = NULL;
+/* Colours of the mesh before become those of a patched frame: a patch has those of its COLR or, without one,
+ * the colour of what no camera shows. end: behind the chunks of the frame. */
+static fvv_status colour_patch(fvv_stream *s, const fvv_configuration *configuration,
+                               const fvv_mesh_frames *frames, const fvv_chunk_info *chunk,
+                               const fvv_chunk_info *end, fvv_bytes *rgb, fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *coloured = NULL;
+  if (fvv_mesh_frames_carry(frames, 3, configuration->texturing.unseen, rgb) != FVV_OK)
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory for colours");
+  const fvv_mesh *patch = fvv_mesh_frames_new(frames);
+  if (!patch) return FVV_OK;
+  fvv_status status = find_colours(s, configuration, chunk, end, &coloured, diagnostic);
+  if (status != FVV_OK) return status == FVV_END ? FVV_OK : status;
   fvv_bytes own = {NULL, 0, 0, s->allocator};
-  fvv_status status = find_colours(s, configuration, wanted, end, &chunk, diagnostic);
-  if (status == FVV_OK) {
-    status = decode_colours(s, configuration, patch, chunk, &own, diagnostic);
-    if (status == FVV_OK) status = fvv_bytes_append(rgb, own.data, own.size);
-  } else if (status == FVV_END) {
-    status = FVV_OK;
-    for (uint32_t v = 0; v < patch->vertex_count && status == FVV_OK; v++)
-      status = fvv_bytes_append(rgb, configuration->texturing.unseen, 3);
-  }
+  status = decode_colours(s, configuration, patch, coloured, &own, diagnostic);
+  if (status == FVV_OK) memcpy(rgb->data + rgb->size - own.size, own.data, own.size);
   fvv_bytes_free(&own);
-  if (status != FVV_ERROR_MEMORY) return status;
-  return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory for colours");
+  return status;
 }
 
-/* The colours that follow those of the key mesh: none but those of the wanted frame's patch. */
-static fvv_status colour_patch(fvv_stream *s, const fvv_configuration *configuration,
-                               const fvv_chunk_info *wanted, const fvv_chunk_info *end,
-                               followed_colours *followed, fvv_diagnostic *diagnostic) {
-  if (followed->patch == wanted->offset) return FVV_OK;
-  followed->patch = 0;
-  followed->rgb.size = followed->key_size;
-  if (wanted->flags & FVV_FLAG_KEY) return FVV_OK;
+static fvv_status is_patched(fvv_stream *s, const fvv_chunk_info *chunk, int *patched,
+                             fvv_diagnostic *diagnostic) {
   const uint8_t *payload;
-  fvv_mesh patch;
-  fvv_status status = fvv_file_read_chunk(s->file, wanted, &payload, diagnostic);
-  if (status != FVV_OK) return status;
-  status =
-      fvv_patched_decode_patch(payload, (size_t)wanted->size, &s->limits, &s->allocator, &patch, diagnostic);
-  if (status != FVV_OK)
-    fvv_diagnostic_rebase(diagnostic, wanted->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_MESH);
-  else if (patch.lattice)
-    status = append_patch(s, configuration, wanted, end, &patch, &followed->rgb, diagnostic);
-  fvv_mesh_free(&patch);
-  if (status == FVV_OK) followed->patch = wanted->offset;
+  const fvv_status status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
+  *patched =
+      status == FVV_OK && chunk->size > FVV_MESH_PROFILE && payload[FVV_MESH_PROFILE] == FVV_MESH_PATCHED;
   return status;
+}
+
+/* From the mesh that has the colours to the wanted one. Delta frames change nothing and are passed over. */
+static fvv_status follow_colours(fvv_stream *s, const fvv_configuration *configuration,
+                                 const frame_chunks *found, const fvv_chunk_info *key,
+                                 const fvv_chunk_info *wanted, followed_colours *followed,
+                                 fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *const end = found->chunks + found->count;
+  for (const fvv_chunk_info *next = key + 1; next <= wanted; next++) {
+    int patched = 0;
+    if (!is_mesh(next, followed->track) || next->offset <= followed->last) continue;
+    fvv_status status = is_patched(s, next, &patched, diagnostic);
+    if (status != FVV_OK) return status;
+    if (patched) {
+      void *kept = NULL;
+      status = kept_of(s, &s->meshes, sizeof(followed_track), followed->track, &kept);
+      if (status != FVV_OK) return fvv_fail(diagnostic, status, 0, 0, 0, "%s", fvv_status_text(status));
+      followed_track *meshes = kept;
+      status = follow_meshes(s, meshes, found->first, next, diagnostic);
+      if (status != FVV_OK) return status;
+      status = colour_patch(s, configuration, &meshes->frames, next, end, &followed->rgb, diagnostic);
+      if (status != FVV_OK) {
+        followed->key = 0;
+        return status;
+      }
+    }
+    followed->last = next->offset;
+  }
+  return FVV_OK;
 }
 
 fvv_status fvv_stream_colours(fvv_stream *stream, size_t frame, uint16_t mesh_track, const uint8_t **colours,
@@ -724,9 +734,10 @@ fvv_status fvv_stream_colours(fvv_stream *stream, size_t frame, uint16_t mesh_tr
   if (status != FVV_OK) return fvv_fail(diagnostic, status, 0, 0, 0, "%s", fvv_status_text(status));
   followed_colours *followed = kept;
   followed->rgb.allocator = stream->allocator;
-  const fvv_chunk_info *const end = found.chunks + found.count;
-  status = colour_key(stream, configuration, key, chunk, followed, diagnostic);
-  if (status == FVV_OK) status = colour_patch(stream, configuration, wanted, end, followed, diagnostic);
+  if (followed->key != chunk->offset || followed->last > wanted->offset)
+    status = colour_key(stream, configuration, key, chunk, followed, diagnostic);
+  if (status == FVV_OK)
+    status = follow_colours(stream, configuration, &found, key, wanted, followed, diagnostic);
   if (status != FVV_OK) return status;
   *colours = followed->rgb.data;
   *vertex_count = (uint32_t)(followed->rgb.size / 3);

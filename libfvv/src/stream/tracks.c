@@ -62,6 +62,21 @@ const fvv_mesh *fvv_mesh_frames_new(const fvv_mesh_frames *frames) {
   return frames->key.lattice ? &frames->key : NULL;
 }
 
+fvv_status fvv_mesh_frames_carry(const fvv_mesh_frames *frames, size_t width, const uint8_t *fresh,
+                                 fvv_bytes *values) {
+  uint32_t count;
+  const uint32_t *kept = fvv_mesh_sequence_kept(frames->sequence, &count);
+  const fvv_mesh *patch = fvv_mesh_sequence_patch(frames->sequence);
+  if (!kept) return FVV_OK;
+  /* Never to the right: kept[i] >= i. */
+  for (size_t i = 0; i < count; i++) memmove(values->data + i * width, values->data + kept[i] * width, width);
+  values->size = count * width;
+  fvv_status status = FVV_OK;
+  for (uint32_t v = 0; patch && v < patch->vertex_count && status == FVV_OK; v++)
+    status = fvv_bytes_append(values, fresh, width);
+  return status;
+}
+
 static fvv_status no_memory(fvv_diagnostic *diagnostic) {
   return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory for visibility");
 }

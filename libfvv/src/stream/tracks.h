@@ -38,6 +38,12 @@ const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames);
  * otherwise NULL. */
 const fvv_mesh *fvv_mesh_frames_new(const fvv_mesh_frames *frames);
 
+/* Values of vertices, width bytes each, from the frame before to the one that was added last: those of
+ * vertices that are kept go with them, new ones get those of fresh. For frames after a key. FVV_OK or
+ * FVV_ERROR_MEMORY. */
+FVV_MUST_USE fvv_status fvv_mesh_frames_carry(const fvv_mesh_frames *frames, size_t width,
+                                              const uint8_t *fresh, fvv_bytes *values);
+
 /* Zero-initialise; release with fvv_visibility_frames_reset. */
 typedef struct fvv_visibility_frames {
   fvv_visibility current; /* header.camera_count 0: none */

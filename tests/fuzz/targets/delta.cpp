@@ -13,6 +13,7 @@ FVV_FUZZ_TARGET(delta, fuzz::Form::bytes) {
     return;
   }
   bool failed = false;
+  uint32_t vertices = key.mesh.vertex_count;
   for (int frame = 0; frame < 8 && input.left(); frame++) {
     const fuzz::Bytes payload = input.part();
     const fvv_status status = fvv_mesh_sequence_decode(sequence, payload.data(), payload.size(), nullptr);
@@ -23,13 +24,15 @@ FVV_FUZZ_TARGET(delta, fuzz::Form::bytes) {
     const fvv_mesh &mesh = *fvv_mesh_sequence_mesh(sequence);
     fuzz::expect_valid(mesh);
     const fvv_mesh *patch = fvv_mesh_sequence_patch(sequence);
-    const uint8_t *absent = fvv_mesh_sequence_absent(sequence);
-    fuzz::expect(!patch || absent, "only a patched frame has a patch");
-    uint32_t faces = patch ? patch->face_count : 0;
-    for (uint32_t f = 0; f < key.mesh.face_count; f++) faces += !(absent && absent[f]);
-    fuzz::expect(mesh.face_count == faces, "the faces are those that are left and those of the patch");
-    fuzz::expect(mesh.vertex_count == key.mesh.vertex_count + (patch ? patch->vertex_count : 0),
-                 "the vertices are those of the key mesh and of the patch");
+    uint32_t count = 0;
+    const uint32_t *kept = fvv_mesh_sequence_kept(sequence, &count);
+    fuzz::expect(!patch || kept, "only a patched frame has a patch");
+    fuzz::expect(mesh.vertex_count == count + (patch ? patch->vertex_count : 0),
+                 "the vertices are those that are kept and those of the patch");
+    fuzz::expect(kept || count == vertices, "a delta frame keeps all vertices");
+    for (uint32_t v = 0; kept && v < count; v++)
+      fuzz::expect(kept[v] < vertices && (!v || kept[v] > kept[v - 1]), "kept vertices rise");
+    vertices = mesh.vertex_count;
   }
   fvv_mesh_sequence_close(sequence);
 }

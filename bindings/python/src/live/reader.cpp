@@ -42,7 +42,7 @@ struct Wanted {
 struct LiveMeshes {
   std::shared_ptr<Mesh> key;
   std::unique_ptr<fvv_mesh_sequence, Destroy> sequence;
-  std::vector<uint8_t> patch_colours; // of the current frame's patch; empty: it has none of its own
+  std::vector<uint8_t> colours; // of the current frame; empty: it has none
 
   const fvv_mesh *patch() const { return sequence ? fvv_mesh_sequence_patch(sequence.get()) : nullptr; }
 };
@@ -101,7 +101,7 @@ public:
       if (chunk.header.type == FVV_CHUNK_VISIBILITY)
         visibility.decode(chunk, frame->meshes, calibration.get(), frame->visibility);
     }
-    for (auto &[track, mesh] : frame->meshes) mesh->colours = colours_of(meshes[track]);
+    for (auto &[track, mesh] : frame->meshes) mesh->colours = meshes[track].colours;
     return frame;
   }
 
@@ -158,7 +158,6 @@ private:
       return;
     }
     if (!known.key) throw Failure(FVV_ERROR_DAMAGED, "a delta frame comes before its key mesh", file);
-    known.patch_colours.clear();
     fvv_mesh_header header;
     call(fvv_mesh_peek(chunk.payload, size, &limits.core, &header, &diagnostic), diagnostic, chunk);
     if (!known.sequence) {
@@ -167,6 +166,7 @@ private:
       known.sequence.reset(opened);
     }
     call(fvv_mesh_sequence_decode(known.sequence.get(), chunk.payload, size, &diagnostic), diagnostic, chunk);
+    carry_colours(known);
     auto mesh = new_mesh(track);
     copy(*fvv_mesh_sequence_mesh(known.sequence.get()), mesh->mesh);
     frame.meshes[track] = mesh;
@@ -243,19 +243,25 @@ private:
     call(fvv_colours_decode(chunk.payload, size, described, &limits.core, nullptr, colours.data(),
                             &diagnostic),
          diagnostic, chunk);
-    (track.sequence ? track.patch_colours : track.key->colours) = std::move(colours);
+    if (!track.sequence)
+      track.colours = std::move(colours);
+    else if (!track.colours.empty())
+      std::copy(colours.begin(), colours.end(), track.colours.end() - long(colours.size()));
   }
 
-  // Delta frames have the colours of their key mesh, patched ones those of their patch as well.
-  std::vector<uint8_t> colours_of(const LiveMeshes &track) const {
-    std::vector<uint8_t> out = track.key->colours;
-    const fvv_mesh *patch = track.patch();
-    if (out.empty() || !patch) return out;
+  // Those of vertices that a patched frame keeps go with them; a patch shows what no camera shows until its
+  // own come.
+  void carry_colours(LiveMeshes &track) const {
+    uint32_t count = 0;
+    const uint32_t *kept = fvv_mesh_sequence_kept(track.sequence.get(), &count);
+    if (track.colours.empty() || !kept) return;
     const uint8_t *unseen = configuration.texturing.unseen;
-    for (uint32_t v = 0; v < patch->vertex_count && track.patch_colours.empty(); v++)
-      out.insert(out.end(), unseen, unseen + 3);
-    out.insert(out.end(), track.patch_colours.begin(), track.patch_colours.end());
-    return out;
+    std::vector<uint8_t> out;
+    for (uint32_t v = 0; v < count; v++)
+      out.insert(out.end(), &track.colours[3 * size_t(kept[v])], &track.colours[3 * size_t(kept[v])] + 3);
+    const fvv_mesh *patch = track.patch();
+    for (uint32_t v = 0; patch && v < patch->vertex_count; v++) out.insert(out.end(), unseen, unseen + 3);
+    track.colours = std::move(out);
   }
 
   void add_pictures(const fvv_frame_chunk &chunk, LiveFrame &frame) {

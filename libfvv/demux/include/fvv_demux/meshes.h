@@ -24,11 +24,6 @@ geometry::Mesh in_metres(const fvv_mesh &mesh, const geometry::Lattice &lattice)
 fvv_status colours_of(fvv_stream *stream, const fvv_configuration &configuration, size_t frame,
                       uint16_t mesh_track, std::vector<uint8_t> &colours, fvv_diagnostic &diagnostic);
 
-// Takes out of a mesh, and of the colours of its vertices unless they are empty, what no face uses: a patched
-// frame (clause 8.14) has all vertices of its key mesh, also those of faces that it leaves out. mesh: its
-// arrays are its allocator's.
-void leave_out_unused(fvv_mesh &mesh, std::vector<uint8_t> &colours);
-
 // Whether a mesh has the faces, texture coordinates and colours of a run, and normals if that has some.
 bool is_of_run(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, const scene::MeshRun &run);
 // Appends a frame to a run; the first one determines its faces, texture coordinates and colours. time, name:
