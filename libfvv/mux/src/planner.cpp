@@ -258,10 +258,8 @@ void apply_view_choice(Plan &plan, const SampledScene &scene, const Tiling &came
   fvv_texturing usual;
   fvv_texturing_default(&usual);
   const fvv_texturing &chosen = view.texturing;
-  if (chosen.blend != usual.blend) options.texture_blend = chosen.blend;
   if (chosen.threshold != fvv_texturing_threshold(chosen.blend)) options.texture_threshold = chosen.threshold;
   if (chosen.best != usual.best) options.texture_best = chosen.best;
-  if (chosen.blend == FVV_BLEND_PAPER && plan.inset.inset > 0) plan.inset = choose_inset(plan, scene, false);
   if (options.max_error || view.max_error.value == plan.error.value) return;
   options.max_error = view.max_error;
   plan_meshes(plan, scene, cameras, delta_frames);
