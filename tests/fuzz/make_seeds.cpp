@@ -61,7 +61,8 @@ void write_delta(const fuzz::Folder &folder, const std::string &name, const fvv_
                                   frame == 5 ? nullptr : &mesh,
                                   nullptr,
                                   uint8_t(frame == 2 ? FVV_MESH_RAW : FVV_MESH_FAST),
-                                  0};
+                                  0,
+                                  nullptr};
     fuzz::Payload payload;
     const fvv_status status =
         frame == 2 || frame == 3 || frame == 5

@@ -10,7 +10,9 @@
 #include <string>
 
 #include "base/bytes.h"
+#include "base/memory.h"
 #include "memory.h"
+#include "mesh/mesh.h"
 #include "shapes.h"
 
 namespace {
@@ -125,6 +127,7 @@ void check_kept(const fvv_mesh_sequence *sequence, const fvv_mesh &former,
 } // namespace
 
 TEST_CASE("patched frames come back, equal in encoder and decoder") {
+  const fvv_allocator allocator = fvv_allocator_or_default(nullptr);
   for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO, FVV_MESH_FAST})
     for (const Shape &shape : {torus(40, 24), charts(6), hard_cube(6)}) {
       const auto key = key_of(shape, 0.002);
@@ -136,7 +139,7 @@ TEST_CASE("patched frames come back, equal in encoder and decoder") {
       uint32_t error = 0;
       for (const auto &range : ranges) {
         Mesh former;
-        REQUIRE(fvv_mesh_copy(fvv_mesh_sequence_mesh(decoder.handle), nullptr, &former) == FVV_OK);
+        REQUIRE(fvv_mesh_copy(fvv_mesh_sequence_mesh(decoder.handle), &allocator, &former) == FVV_OK);
         const auto wanted = moved(former, 1);
         error = (error + 1) % 3;
         if (!range[1]) {
@@ -149,8 +152,18 @@ TEST_CASE("patched frames come back, equal in encoder and decoder") {
         } else {
           CutOut cut = cut_out(former, wanted, range[0], range[1]);
           const fvv_mesh mesh = cut.mesh();
-          REQUIRE(decoder.decode(encoder.encode(wanted, cut.patch(mesh, profile), error)) == FVV_OK);
+          std::vector<uint32_t> vertices(3 * size_t(mesh.face_count));
+          fvv_mesh_patch described = cut.patch(mesh, profile);
+          described.vertices = vertices.data();
+          REQUIRE(decoder.decode(encoder.encode(wanted, described, error)) == FVV_OK);
           check_kept(decoder.handle, former, cut.absent);
+          const fvv_mesh &patch = *fvv_mesh_sequence_patch(decoder.handle);
+          vertices.resize(patch.vertex_count);
+          int32_t off = 0;
+          for (size_t i = 0; i < 3 * vertices.size(); i++)
+            off =
+                std::max(off, std::abs(patch.lattice[i] - mesh.lattice[3 * size_t(vertices[i / 3]) + i % 3]));
+          CHECK(off <= int32_t(error));
           uint32_t count = 0;
           const uint32_t *kept = fvv_mesh_sequence_kept(decoder.handle, &count);
           std::vector<int32_t> positions = wanted;
@@ -173,7 +186,7 @@ TEST_CASE("a patch may have other vertices and faces than those that it replaces
   const auto current = [&]() -> const fvv_mesh & { return *fvv_mesh_sequence_mesh(decoder.handle); };
   std::vector<uint8_t> absent(key->face_count);
   std::fill(absent.begin() + 100, absent.begin() + 110, uint8_t(1));
-  const fvv_mesh_patch two = {sizeof two, absent.data(), hat.get(), nullptr, FVV_MESH_RAW, 0};
+  const fvv_mesh_patch two = {sizeof two, absent.data(), hat.get(), nullptr, FVV_MESH_RAW, 0, nullptr};
   REQUIRE(decoder.decode(encoder.encode(moved(*key, 1), two, 1)) == FVV_OK);
   check_kept(decoder.handle, *key, absent);
   CHECK(current().face_count == key->face_count - 10 + 4);
@@ -182,24 +195,24 @@ TEST_CASE("a patch may have other vertices and faces than those that it replaces
   REQUIRE(decoder.decode(encoder.encode(moved(current(), 1), 1)) == FVV_OK);
   absent.assign(current().face_count, 0);
   std::fill(absent.end() - 4, absent.end(), uint8_t(1));
-  const fvv_mesh_patch hole = {sizeof hole, absent.data(), nullptr, nullptr, 0, 0};
+  const fvv_mesh_patch hole = {sizeof hole, absent.data(), nullptr, nullptr, 0, 0, nullptr};
   REQUIRE(decoder.decode(encoder.encode(moved(current(), 1), hole, 1)) == FVV_OK);
   CHECK(current().face_count == key->face_count - 10);
   CHECK(current().vertex_count == vertices - 4);
   CHECK(!fvv_mesh_sequence_patch(decoder.handle));
-  const fvv_mesh_patch added = {sizeof added, nullptr, hat.get(), nullptr, FVV_MESH_FAST, 0};
+  const fvv_mesh_patch added = {sizeof added, nullptr, hat.get(), nullptr, FVV_MESH_FAST, 0, nullptr};
   REQUIRE(decoder.decode(encoder.encode(moved(current(), 1), added, 1)) == FVV_OK);
   CHECK(current().face_count == key->face_count - 10 + 4);
   // Only the hat remains.
   absent.assign(current().face_count, 1);
   std::fill(absent.end() - 4, absent.end(), uint8_t(0));
-  const fvv_mesh_patch rest = {sizeof rest, absent.data(), nullptr, nullptr, 0, 0};
+  const fvv_mesh_patch rest = {sizeof rest, absent.data(), nullptr, nullptr, 0, 0, nullptr};
   REQUIRE(decoder.decode(encoder.encode(moved(current(), 1), rest, 1)) == FVV_OK);
   CHECK(current().face_count == 4);
   CHECK(current().vertex_count == 4);
   // And then something else alone.
   absent.assign(4, 1);
-  const fvv_mesh_patch all = {sizeof all, absent.data(), key.get(), nullptr, FVV_MESH_FAST, 0};
+  const fvv_mesh_patch all = {sizeof all, absent.data(), key.get(), nullptr, FVV_MESH_FAST, 0, nullptr};
   REQUIRE(decoder.decode(encoder.encode(moved(current(), 1), all, 1)) == FVV_OK);
   uint32_t count = 1;
   CHECK(fvv_mesh_sequence_kept(decoder.handle, &count));
@@ -223,14 +236,14 @@ TEST_CASE("vertices that a patched frame drops cost nothing") {
     for (size_t a = 0; a < 3 && !used[v]; a++) wild[3 * v + a] += int32_t(1000 * v % 777) - 388;
   }
   CHECK(dropped > 20);
-  const fvv_mesh_patch hole = {sizeof hole, absent.data(), nullptr, nullptr, 0, 0};
+  const fvv_mesh_patch hole = {sizeof hole, absent.data(), nullptr, nullptr, 0, 0, nullptr};
   CHECK(Sequence(*key).encode(wild, hole, 1) == Sequence(*key).encode(wanted, hole, 1));
 }
 
 TEST_CASE("a patch that does nothing costs its header, and frames after it as many bytes as before") {
   const auto key = key_of(torus(40, 24), 0.002);
   Sequence plain(*key), patched(*key);
-  const fvv_mesh_patch nothing = {sizeof nothing, nullptr, nullptr, nullptr, 0, 0};
+  const fvv_mesh_patch nothing = {sizeof nothing, nullptr, nullptr, nullptr, 0, 0, nullptr};
   size_t bytes = 0, expected = 0;
   for (int t = 1; t <= 6; t++) {
     const auto wanted = moved(*key, t, 2);

@@ -385,7 +385,7 @@ fvv_mesh CutOut::mesh() {
 }
 
 fvv_mesh_patch CutOut::patch(const fvv_mesh &mesh, uint8_t profile) const {
-  return {sizeof(fvv_mesh_patch), absent.data(), &mesh, border.data(), profile, 7};
+  return {sizeof(fvv_mesh_patch), absent.data(), &mesh, border.data(), profile, 7, nullptr};
 }
 
 int32_t distance(const std::vector<int32_t> &a, const std::vector<int32_t> &b) {

@@ -72,8 +72,7 @@ FVV_API void fvv_normals_to_floats(uint8_t bits, const uint32_t *indices, size_t
  * it, each weighted with its area (clause 8.12); then vertices on one lattice point count as one, so that
  * seams of the atlas don't show. normals: vertex_count x 3 floats, unit length; zero where areas cancel. The
  * same bits on every machine. 0.33 ms for 17,500 vertices; 44 bytes of scratch memory a vertex. allocator
- * NULL: malloc. FVV_ERROR_INPUT: the mesh breaks a rule of clause 8.3; vertices that no face uses may be
- * there, as a patched frame has some, and are zero. */
+ * NULL: malloc. FVV_ERROR_INPUT: the mesh breaks a rule of clause 8.3. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_normals(const fvv_mesh *mesh, const fvv_allocator *allocator,
                                                  float *normals, fvv_diagnostic *diagnostic);
 
@@ -188,8 +187,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t s
                                                 const fvv_allocator *allocator, fvv_mesh *mesh,
                                                 fvv_diagnostic *diagnostic);
 
-/* ---- delta frames: clause 8.7 to 8.9, and 8.14
- * ---------------------------------------------------------------- */
+/* ---- delta and patched frames: clauses 8.7 to 8.9, 8.14 ---------------------------------------------- */
 
 /* A key mesh and the frames after it, which move its vertices; patched ones also replace some of its faces,
  * for themselves and all frames that follow. Encoder and decoder hold the same state, bit for bit: what is
@@ -258,11 +256,15 @@ typedef struct fvv_mesh_patch {
   /* In their place; NULL: nothing. texture_bits and normal_bits are those of the mesh before. */
   const fvv_mesh *mesh;
   /* For each vertex of mesh the vertex of the mesh before on whose point it lies, UINT32_MAX: on none. It is
-   * sent at the point that that vertex has in this frame as decoded, so that no gap opens within max_error,
-   * unless no remaining face uses that vertex. NULL: all are sent where mesh has them. */
+   * sent at the point that that vertex has in this frame as decoded, so that no gap opens within max_error;
+   * if no remaining face uses it, at that of another on its seam that one uses, or where mesh has it. NULL:
+   * all are sent where mesh has them. */
   const uint32_t *border;
   uint8_t profile; /* of the patch: FVV_MESH_RAW, FVV_MESH_DRACO or FVV_MESH_FAST */
   int level;       /* for Draco, as in fvv_mesh_encode */
+  /* Receives for each vertex of fvv_mesh_sequence_patch which one of mesh it is, as fvv_mesh_encode_mapped
+   * has it: room for 3 * mesh->face_count entries. NULL: not wanted. */
+  uint32_t *vertices;
 } fvv_mesh_patch;
 
 /* MESH payload of profile FVV_MESH_PATCHED for the next frame; replaces what payload holds. As

@@ -193,8 +193,7 @@ static fvv_status bad_face(const fvv_mesh *mesh, fvv_mesh_origin origin, size_t 
                   (unsigned long)face[0], (unsigned long)face[1], (unsigned long)face[2]);
 }
 
-/* What the loop reads is in variables: a store of a byte may change anything that is in memory. used may be
- * NULL. */
+/* What the loop reads is in variables: a store of a byte may change anything that is in memory. */
 static fvv_status check_faces(const fvv_mesh *mesh, fvv_mesh_origin origin, uint8_t *used,
                               fvv_diagnostic *diagnostic) {
   const uint32_t *face = mesh->faces;
@@ -203,7 +202,7 @@ static fvv_status check_faces(const fvv_mesh *mesh, fvv_mesh_origin origin, uint
     const uint32_t a = face[0], b = face[1], c = face[2];
     if ((a >= vertices) | (b >= vertices) | (c >= vertices) | (a == b) | (b == c) | (c == a))
       return bad_face(mesh, origin, f, diagnostic);
-    if (used) used[a] = used[b] = used[c] = 1;
+    used[a] = used[b] = used[c] = 1;
   }
   return FVV_OK;
 }
@@ -217,25 +216,16 @@ static fvv_status check_used(const fvv_mesh *mesh, fvv_mesh_origin origin, const
   return FVV_OK;
 }
 
-static fvv_status check_values(const fvv_mesh *mesh, fvv_mesh_origin origin, uint8_t *used,
-                               fvv_diagnostic *diagnostic) {
-  fvv_status status = check_positions(mesh, origin, diagnostic);
-  if (status == FVV_OK) status = check_texture(mesh, origin, diagnostic);
-  if (status == FVV_OK) status = check_normals(mesh, origin, diagnostic);
-  return status == FVV_OK ? check_faces(mesh, origin, used, diagnostic) : status;
-}
-
-fvv_status fvv_mesh_check_values(const fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
-  return check_values(mesh, FVV_MESH_FROM_CALLER, NULL, diagnostic);
-}
-
 fvv_status fvv_mesh_check(const fvv_mesh *mesh, fvv_mesh_origin origin, const fvv_allocator *allocator,
                           fvv_diagnostic *diagnostic) {
   uint8_t *used = fvv_allocate_zeroed(allocator, mesh->vertex_count);
   if (!used)
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory to check a mesh of %lu vertices",
                     (unsigned long)mesh->vertex_count);
-  fvv_status status = check_values(mesh, origin, used, diagnostic);
+  fvv_status status = check_positions(mesh, origin, diagnostic);
+  if (status == FVV_OK) status = check_texture(mesh, origin, diagnostic);
+  if (status == FVV_OK) status = check_normals(mesh, origin, diagnostic);
+  if (status == FVV_OK) status = check_faces(mesh, origin, used, diagnostic);
   if (status == FVV_OK) status = check_used(mesh, origin, used, diagnostic);
   fvv_release(allocator, used, mesh->vertex_count);
   return status;

@@ -60,9 +60,6 @@ typedef enum fvv_mesh_origin {
  * different ones a face, no vertex unused. */
 FVV_MUST_USE fvv_status fvv_mesh_check(const fvv_mesh *mesh, fvv_mesh_origin origin,
                                        const fvv_allocator *allocator, fvv_diagnostic *diagnostic);
-/* The same for the caller's mesh of a frame, which may have vertices that no face uses: a patched frame
- * leaves out faces of its key mesh. */
-FVV_MUST_USE fvv_status fvv_mesh_check_values(const fvv_mesh *mesh, fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

@@ -177,7 +177,7 @@ fvv_status fvv_mesh_normals(const fvv_mesh *mesh, const fvv_allocator *allocator
   const fvv_allocator memory = fvv_allocator_or_default(allocator);
   if (!mesh->vertex_count)
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_COUNTS, 0, 0, "a mesh without vertices");
-  fvv_status status = fvv_mesh_check_values(mesh, diagnostic);
+  fvv_status status = fvv_mesh_check(mesh, FVV_MESH_FROM_CALLER, &memory, diagnostic);
   if (status != FVV_OK) return status;
   if (mesh->normals) {
     fvv_normals_to_floats(mesh->normal_bits, mesh->normals, mesh->vertex_count, normals);

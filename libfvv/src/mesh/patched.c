@@ -272,18 +272,50 @@ static fvv_status put_runs(const fvv_patched_change *change, fvv_bytes *runs) {
   return status == FVV_OK ? fvv_bytes_append_uleb(runs, length) : status;
 }
 
-/* The patch as it is sent: its border lies on the vertices that stay, as they are decoded in this frame. */
-static fvv_status encode_patch(const fvv_mesh_sequence *s, const fvv_patched_change *change,
-                               const fvv_mesh_patch *patch, fvv_bytes *bytes, fvv_diagnostic *diagnostic) {
-  fvv_mesh joined;
-  if (fvv_mesh_copy(patch->mesh, &s->allocator, &joined) != FVV_OK) return no_memory(s, diagnostic);
-  for (size_t v = 0; patch->border && v < joined.vertex_count; v++)
-    if (patch->border[v] != UINT32_MAX && change->used[patch->border[v]])
-      memcpy(joined.lattice + 3 * v, s->mesh.lattice + 3 * (size_t)patch->border[v],
-             3 * sizeof *joined.lattice);
+/* For each vertex one that remains and was on its point when the levels were found: itself, or at a seam
+ * another; UINT32_MAX: none. */
+static void find_remaining(const fvv_mesh_sequence *s, const fvv_patched_change *change, uint32_t *on) {
+  const fvv_delta_hierarchy *h = &s->hierarchy;
+  for (uint32_t v = 0; v < h->vertex_count; v++) on[v] = change->used[v] ? v : UINT32_MAX;
+  for (int back = 0; back < 2; back++)
+    for (uint32_t i = h->points; i < h->vertex_count; i++) {
+      const uint32_t twin = h->order[i], node = h->order[h->stencils[i].node[0]];
+      const uint32_t from = back ? node : twin, to = back ? twin : node;
+      if (on[to] == UINT32_MAX) on[to] = on[from];
+    }
+}
+
+/* The patch as it is sent, and read back: that is part of the state of the next frame. */
+static fvv_status code_patch(fvv_mesh_sequence *s, const fvv_mesh *joined, const fvv_mesh_patch *patch,
+                             fvv_bytes *bytes, fvv_diagnostic *diagnostic) {
+  if (patch->vertices)
+    return fvv_mesh_encode_mapped(joined, patch->profile, patch->level, &s->allocator, bytes, &s->patch,
+                                  patch->vertices, diagnostic);
   const fvv_status status =
-      fvv_mesh_encode(&joined, patch->profile, patch->level, &s->allocator, bytes, diagnostic);
+      fvv_mesh_encode(joined, patch->profile, patch->level, &s->allocator, bytes, diagnostic);
+  if (status != FVV_OK) return status;
+  return fvv_mesh_decode(bytes->data, bytes->size, NULL, &s->allocator, &s->patch, diagnostic);
+}
+
+/* The border of the patch lies on the vertices that stay, as they are decoded in this frame. */
+static fvv_status encode_patch(fvv_mesh_sequence *s, const fvv_patched_change *change,
+                               const fvv_mesh_patch *patch, fvv_bytes *bytes, fvv_diagnostic *diagnostic) {
+  uint32_t *on = fvv_allocate_array(&s->allocator, change->vertex_count, sizeof *on);
+  fvv_mesh joined;
+  fvv_status status = fvv_mesh_copy(patch->mesh, &s->allocator, &joined);
+  if (status != FVV_OK || !on) {
+    status = no_memory(s, diagnostic);
+  } else {
+    find_remaining(s, change, on);
+    for (size_t v = 0; patch->border && v < joined.vertex_count; v++) {
+      const uint32_t lies = patch->border[v] == UINT32_MAX ? UINT32_MAX : on[patch->border[v]];
+      if (lies != UINT32_MAX)
+        memcpy(joined.lattice + 3 * v, s->mesh.lattice + 3 * (size_t)lies, 3 * sizeof *joined.lattice);
+    }
+    status = code_patch(s, &joined, patch, bytes, diagnostic);
+  }
   fvv_mesh_free(&joined);
+  fvv_release(&s->allocator, on, change->vertex_count * sizeof *on);
   return status;
 }
 
@@ -303,8 +335,7 @@ static fvv_status put_parts(const fvv_mesh_sequence *s, const fvv_patched_change
   return status == FVV_OK ? fvv_bytes_append(payload, parts->delta.data, parts->delta.size) : status;
 }
 
-/* Moves the vertices, codes the patch and reads it back: that is the state of the next frame. After an error
- * nothing can follow. */
+/* Moves the vertices, then codes all of the frame; after an error nothing can follow. */
 static fvv_status encode_parts(fvv_mesh_sequence *s, const int32_t *lattice,
                                const fvv_mesh_delta_options *options, const fvv_mesh_patch *patch,
                                const fvv_patched_change *change, coded_parts *parts, fvv_bytes *payload,
@@ -313,9 +344,6 @@ static fvv_status encode_parts(fvv_mesh_sequence *s, const int32_t *lattice,
   fvv_status status = fvv_delta_put_levels(s, lattice, change->used, options, &parts->delta, diagnostic);
   if (status == FVV_OK && patch->mesh) {
     status = encode_patch(s, change, patch, &parts->patch, diagnostic);
-    if (status == FVV_OK)
-      status =
-          fvv_mesh_decode(parts->patch.data, parts->patch.size, NULL, &s->allocator, &s->patch, diagnostic);
     if (status == FVV_OK)
       status = check_readable(change, s->patch.vertex_count, s->patch.face_count, diagnostic);
   }
