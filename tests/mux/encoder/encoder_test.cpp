@@ -458,6 +458,45 @@ TEST_CASE("cameras are matched by the frames of the first group") {
   }
 }
 
+TEST_CASE("what views lose is measured on pushed frames") {
+  for (const bool plain : {false, true}) {
+    mux::Configuration configuration = two_cameras();
+    for (mux::CameraInput &camera : configuration.cameras) {
+      camera.masks = false;
+      camera.calibration.width *= 4;
+      camera.calibration.height *= 4;
+      for (double *value :
+           {&camera.calibration.fx, &camera.calibration.fy, &camera.calibration.cx, &camera.calibration.cy})
+        *value *= 4;
+    }
+    mux::Options options;
+    options.codec = FVV_CODEC_JPEG;
+    options.group = 4;
+    options.view_loss = 0.1;
+    mux::Encoder encoder(configuration, options, [](const void *, size_t) {});
+    for (int i = 0; i < 4; i++) {
+      mux::Frame frame;
+      frame.mesh = ball(i);
+      for (int k = 0; k < 2; k++) {
+        media::Image picture = media::make_image(256, 192, 3, 100);
+        for (size_t at = 0; !plain && at < picture.pixels.size(); at++)
+          picture.pixels[at] =
+              uint8_t(128 + 60 * std::sin(double(at / 3 % 256) / 5) + 30 * std::sin(double(at / 768) / 3));
+        frame.pictures.push_back(std::move(picture));
+      }
+      encoder.add(frame);
+    }
+    const mux::Report summary = encoder.finish();
+    REQUIRE(summary.view);
+    INFO(summary.view->reason);
+    CHECK(summary.view->is_measured == !plain);
+    CHECK(summary.view->reason.empty() == !plain);
+    CHECK(summary.view->loss <= 0.1);
+    CHECK(*summary.target_psnr == (plain ? 42 : summary.view->psnr));
+    CHECK(summary.view->psnr < 42);
+  }
+}
+
 TEST_CASE("cameras that share too little surface are not matched, and the summary says so") {
   mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
   for (int i = 0; i < 4; i++) encoder.add(frame_of(i, 4));

@@ -28,6 +28,7 @@ constexpr double psnr_step = 0.5;
 constexpr double most_growth = 1.05; // of the bytes
 // What a loss of the goal is worth, of the bytes.
 constexpr double bytes_of_goal = 0.05;
+constexpr double exact = 80; // dB, that only rounding is left
 // What pays for a way of blending that is not the players' own.
 constexpr double least_blend_gain = 0.05; // dB
 
@@ -483,6 +484,10 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   const Judge judge(trial, trial.view_options(choice.texturing), trial.frame_count());
   if (judge.pixels() < render::least_compared) {
     choice.reason = "cameras share too little surface to tell what views lose";
+    return choice;
+  }
+  if (judge.of_source().psnr() > exact) {
+    choice.reason = "cameras draw each other exactly, by which nothing can be told";
     return choice;
   }
   choice.on = true;
