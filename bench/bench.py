@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, inputs, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, view, look, ladder, chaos, settle, player, sound, npm, docs, site, python,
+import, inputs, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, view, look, ladder, chaos, settle, player, gpu, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -24,6 +24,7 @@ import serve
 import view_quality
 import whp235
 from cluster import dask_times
+from gpu import figures as gpu_figures
 from house import figures as house_figures
 from inputs import figures as input_figures
 from inputs import triangles
@@ -476,6 +477,7 @@ PARTS = {
     "chaos": chaos,
     "settle": settle,
     "player": played,
+    "gpu": gpu_figures.measure,
     "sound": player.sound,
     "npm": browser_decoder.packages,
     "python": python_time,

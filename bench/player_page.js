@@ -8,7 +8,7 @@ const SIZE = { width: 960, height: 540 };
 const TURN = 0.01;
 
 /** A view on a circle around the scene that shows all of it. */
-function viewAt(bounds, up, turns) {
+function viewAt(bounds, up, turns, size) {
   const centre = bounds.min.map((x, i) => (x + bounds.max[i]) / 2);
   const radius = Math.hypot(...bounds.min.map((x, i) => bounds.max[i] - x)) / 2;
   const angle = 2 * Math.PI * turns;
@@ -19,7 +19,7 @@ function viewAt(bounds, up, turns) {
   eye[(axis + 2) % 3] += 2.2 * radius * Math.sin(angle);
   eye[axis] += 0.5 * sign * radius;
   const upwards = [0, 0, 0].map((_, i) => (i === axis ? sign : 0));
-  return viewFromPose({ eye, target: centre, up: upwards, fov: 46, ...SIZE });
+  return viewFromPose({ eye, target: centre, up: upwards, fov: 46, ...size });
 }
 
 /** Waits until drawing has finished. */
@@ -28,7 +28,7 @@ function finish(gl) {
 }
 
 /** Shows and draws every frame of a file once, as fast as possible, from a moving viewpoint; then draws the last one N times. */
-window.measureRate = async (source, visibleBy) => {
+window.measureRate = async (source, visibleBy, size = SIZE) => {
   const canvas = document.body.appendChild(document.createElement("canvas"));
   const renderer = new Renderer(canvas);
   const gl = canvas.getContext("webgl2");
@@ -41,7 +41,7 @@ window.measureRate = async (source, visibleBy) => {
     up = frame.configuration.upAxis;
     await renderer.show(frame);
     frame.close();
-    renderer.draw(viewAt(renderer.bounds, up, TURN * count), { visibleBy });
+    renderer.draw(viewAt(renderer.bounds, up, TURN * count, size), { visibleBy });
     finish(gl);
     // Programs are compiled for the first one.
     if (count++ === 0) began = performance.now();
@@ -49,7 +49,7 @@ window.measureRate = async (source, visibleBy) => {
   const playing = (1000 * (count - 1)) / (performance.now() - began);
   const orbiting = performance.now();
   for (let i = 0; i < count; i++) {
-    renderer.draw(viewAt(renderer.bounds, up, TURN * i), { visibleBy });
+    renderer.draw(viewAt(renderer.bounds, up, TURN * i, size), { visibleBy });
     finish(gl);
   }
   const still = (1000 * count) / (performance.now() - orbiting);
@@ -58,7 +58,7 @@ window.measureRate = async (source, visibleBy) => {
   for (let i = 0; i < Math.max(10, count); i++) {
     for (const blend of Object.keys(blendMs)) {
       const start = performance.now();
-      renderer.draw(viewAt(renderer.bounds, up, TURN * i), { visibleBy, blend });
+      renderer.draw(viewAt(renderer.bounds, up, TURN * i, size), { visibleBy, blend });
       finish(gl);
       if (i > 0) blendMs[blend].push(performance.now() - start);
     }

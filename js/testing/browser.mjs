@@ -1,6 +1,7 @@
 // Browsers for tests that draw WebGL 2 without a GPU: headless Chromium, and Firefox on a virtual screen, because it has no
 // headless WebGL. Chromium plays sound without a device; Firefox gets one that is silent. FVV_CHROMIUM, FVV_FIREFOX: paths
-// of programs, if not in PATH.
+// of programs, if not in PATH. FVV_ANGLE: what ANGLE, Chromium's WebGL, draws with in place of the processor: vulkan, gl-egl,
+// d3d11 or metal.
 
 import { spawn, spawnSync } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
@@ -8,6 +9,12 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 
 import puppeteer from "puppeteer-core";
+
+const ANGLE = process.env.FVV_ANGLE ?? "swiftshader";
+const drawing = {
+  swiftshader: ["--enable-unsafe-swiftshader"],
+  vulkan: ["--ignore-gpu-blocklist", "--enable-features=Vulkan", "--disable-vulkan-surface"],
+};
 
 const kinds = {
   chromium: {
@@ -17,8 +24,8 @@ const kinds = {
       args: [
         "--no-sandbox",
         "--use-gl=angle",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
+        `--use-angle=${ANGLE}`,
+        ...(drawing[ANGLE] ?? ["--ignore-gpu-blocklist"]),
         // A busy machine draws so slowly that the watchdog ends the process that draws, and after a few times Chromium.
         "--disable-gpu-watchdog",
         "--disable-gpu-process-crash-limit",
