@@ -487,7 +487,7 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
     return choice;
   }
   if (judge.of_source().psnr() > exact) {
-    choice.reason = "cameras draw each other exactly, by which nothing can be told";
+    choice.reason = "cameras draw each other exactly, so their views tell nothing";
     return choice;
   }
   choice.on = true;
