@@ -429,6 +429,14 @@ Findings check_files(const Capture &capture, const PictureProbe &probe, const Vi
       for (const std::string &name : gltf::unknown_extensions(bytes, path))
         findings.warnings.push_back(path + ": uses " + quote(name) +
                                     ", which is not known here: what it changes is not shown");
+      const std::vector<std::string> transparent = gltf::transparent_materials(bytes, path);
+      if (!transparent.empty())
+        findings.warnings.push_back(
+            path + ": " + transparent.front() +
+            (transparent.size() == 1 ? std::string()
+                                     : " and " + std::to_string(transparent.size() - 1) + " more") +
+            " may be transparent (alphaMode): its faces are shown whole; cut the mesh where nothing is to be "
+            "seen");
       if (capture.atlas && !capture.atlas->pictures && gltf::has_unlike_colours(bytes, path))
         findings.warnings.push_back(
             path +

@@ -36,11 +36,11 @@ def ramp():
     return Image.fromarray(np.dstack([x * 4, y * 4, 128 + 0 * x]).astype(np.uint8))
 
 
-def glb(image, extension, colour=None, factor=None, others=None, emitted=None):
+def glb(image, extension, colour=None, factor=None, others=None, emitted=None, material_has=None):
     """A square whose texture has its picture by an extension alone, or as glTF itself has it.
 
     colour: of a vertex, others: of the others, which are white without. factor: of its material. emitted: the factor
-    of a texture that is emitted, in place of a base colour.
+    of a texture that is emitted, in place of a base colour. material_has: more of its material.
     """
     numbers = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32).tobytes()
     pairs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32).tobytes()
@@ -56,6 +56,7 @@ def glb(image, extension, colour=None, factor=None, others=None, emitted=None):
     material = {"pbrMetallicRoughness": look}
     if emitted:
         material = {"emissiveTexture": {"index": 0}, "emissiveFactor": emitted}
+    material |= material_has or {}
     attributes = {"POSITION": 0, "TEXCOORD_0": 1} | ({"COLOR_0": 3} if colour is not None else {})
     document = {
         "asset": {"version": "2.0"},
@@ -218,3 +219,20 @@ def test_unlike_colours_that_a_texture_is_multiplied_with_are_a_warning(colour, 
     done = mux("a.glb", code=3 if warns else 0)
     assert ("COLOR_0" in done.stderr) == warns
     mux("a.glb", "--atlas", "t.png")
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        ({}, None),
+        ({"alphaMode": "OPAQUE", "name": "skin"}, None),
+        ({"alphaMode": "MASK", "alphaCutoff": 0.3, "name": "hair"}, '"hair"'),
+        ({"alphaMode": "BLEND", "doubleSided": True}, "material 0"),
+    ],
+)
+def test_a_transparent_material_is_shown_whole_with_a_warning(more, named, place):
+    ramp().save("t.png")
+    (place / "a.glb").write_bytes(glb((place / "t.png").read_bytes(), None, material_has=more))
+    said = mux("a.glb", code=3 if named else 0).stderr
+    assert ("alphaMode" in said) == bool(named)
+    assert not named or f"a.glb: {named} may be transparent" in said

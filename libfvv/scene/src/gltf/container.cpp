@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <meshoptimizer.h>
 #include <string_view>
 
@@ -398,6 +399,28 @@ std::vector<std::string> unknown_extensions(std::string_view bytes, const std::s
         !is_harmless(name) && !begins_with_one(name, descriptions))
       out.push_back(name);
   return out;
+}
+
+std::vector<std::string> transparent_materials(std::string_view bytes, const std::string &path) {
+  const Container container(bytes, path);
+  std::map<int64_t, std::string> out;
+  const auto meshes = container.root().find("meshes");
+  for (size_t i = 0; meshes && i < meshes->size(); i++) {
+    const JsonValue primitives = meshes->item(i).at("primitives");
+    for (size_t k = 0; k < primitives.size(); k++) {
+      const auto reference = primitives.item(k).find("material");
+      if (!reference) continue;
+      const JsonValue material = container.item("materials", *reference);
+      const auto mode = material.find("alphaMode");
+      if (!mode || mode->text() == "OPAQUE") continue;
+      const int64_t number = reference->integer(0, INT32_MAX);
+      const auto name = material.find("name");
+      out[number] = name ? quote(name->text()) : "material " + std::to_string(number);
+    }
+  }
+  std::vector<std::string> names;
+  for (const auto &[number, name] : out) names.push_back(name);
+  return names;
 }
 
 } // namespace fvv::scene::gltf
