@@ -68,8 +68,8 @@ std::vector<std::string> external_files(std::string_view bytes, const std::strin
 // textures or lights.
 std::vector<std::string> unknown_extensions(std::string_view bytes, const std::string &path);
 
-// Names of the materials of primitives through which others may be seen (alphaMode MASK and BLEND); "material 2"
-// for one without.
+// Names of the materials of primitives through which others may be seen (alphaMode MASK and BLEND); "material
+// 2" for one without.
 std::vector<std::string> transparent_materials(std::string_view bytes, const std::string &path);
 
 } // namespace fvv::scene::gltf
