@@ -226,7 +226,7 @@ PreparedMesh MeshLoader::load(size_t i) const {
   if (const auto run = run_with(group->tracked, i); run != group->tracked.end()) {
     const track::Frame &frame = run->frames[i - run->first];
     loaded.decimation = frame.report;
-    loaded.mesh = frame.patch ? track::patched(frame.mesh, *frame.patch) : frame.mesh;
+    loaded.mesh = frame.patch ? frame.patch->next : frame.mesh;
     if (frame.patch) loaded.body = {frame.mesh, *frame.patch};
     return loaded;
   }
@@ -308,7 +308,6 @@ public:
 
   // Takes frame first + size() when it belongs to the run.
   bool extend(const PreparedMesh &candidate) {
-    if (source.body) return false; // a key frame has no patch
     DeltaInput next;
     if (candidate.body) next.patch = candidate.body->patch;
     next.source = candidate.report;
@@ -316,17 +315,17 @@ public:
     next.loss = candidate.loss;
     const size_t i = first + size();
     const geometry::Mesh &mesh = candidate.body ? candidate.body->mesh : candidate.mesh;
-    const std::optional<std::vector<uint32_t>> there = same_connectivity(source.mesh, mesh);
+    const std::optional<std::vector<uint32_t>> there = same_connectivity(base(), mesh);
     if (!there) return false;
-    const std::vector<double> positions = reordered(mesh, *there, source.mesh).positions;
+    const std::vector<double> positions = reordered(mesh, *there, base()).positions;
     next.order = *there;
     next.lattice.resize(positions.size());
     const geometry::Lattice &lattice = plan.lattice.lattice;
     fvv_diagnostic diagnostic = {};
-    fvv::check(fvv_lattice_from_metres(lattice.origin, lattice.step, positions.data(),
-                                       source.mesh.vertex_count(), next.lattice.data(), &diagnostic),
+    fvv::check(fvv_lattice_from_metres(lattice.origin, lattice.step, positions.data(), base().vertex_count(),
+                                       next.lattice.data(), &diagnostic),
                name_of(plan, i), diagnostic);
-    for (size_t v = 0; v < source.mesh.vertex_count(); v++) {
+    for (size_t v = 0; v < base().vertex_count(); v++) {
       double metres[3];
       fvv_lattice_to_metres(lattice.origin, lattice.step, &next.lattice[3 * v], metres);
       for (size_t k = 0; k < 3; k++)
@@ -339,8 +338,11 @@ public:
   // Key and as many delta frames as pay; at least one frame.
   std::vector<MeshFrame> encode() {
     if (size() == 1) return {encode_alone(plan, first, source)};
+    std::vector<uint32_t> each(source.mesh.vertex_count());
+    std::iota(each.begin(), each.end(), 0);
+    const std::vector<std::vector<int32_t>> places = places_from(1, std::move(each));
     std::vector<const int32_t *> later;
-    for (size_t i = 1; i < size(); i++) later.push_back(loaded[i].lattice.data());
+    for (const std::vector<int32_t> &frame : places) later.push_back(frame.data());
     const fvv_mesh_source borrowed = borrow(source.mesh);
     const fvv_mesh_options options = options_of(plan, source);
     std::vector<MeshFrame> frames(1);
@@ -362,9 +364,10 @@ public:
                name_of(plan, first), diagnostic);
     frames[0].payload = payload.copy();
     frames[0].faces = decoded.face_count;
-    frames[0].origins = origins_of(mesh_of, coded, decoded.vertex_count, mesh.vertex_count);
     coded.resize(decoded.vertex_count);
-    follow(PatchCoder(plan, source.mesh, mesh_of, coded, decoded), decoded, frames);
+    PatchCoder patches(plan, source.mesh, std::move(mesh_of), std::move(coded), decoded);
+    frames[0].origins = std::make_shared<std::vector<uint32_t>>(patches.origins());
+    follow(patches, decoded, frames);
     return frames;
   }
 
@@ -373,43 +376,55 @@ private:
     scene::MeshReport source;
     std::optional<decimate::Report> decimation;
     QuantisationLoss loss;
-    std::vector<int32_t> lattice; // in the order of the first frame's vertices
-    std::vector<uint32_t> order;  // vertex of the first frame -> vertex of this one
+    std::vector<int32_t> lattice; // in the order of the base's vertices
+    std::vector<uint32_t> order;  // vertex of the base -> vertex of this frame
     double rounding = 0;          // metres, by which the lattice differs from the file
     std::optional<track::Patch> patch;
   };
 
-  // Of the vertices that were welded the first stands for all.
-  static std::shared_ptr<const std::vector<uint32_t>> origins_of(const std::vector<uint32_t> &mesh_of,
-                                                                 const std::vector<uint32_t> &coded,
-                                                                 size_t decoded_count, size_t mesh_count) {
-    std::vector<uint32_t> source_of(mesh_count);
-    for (size_t v = mesh_of.size(); v-- > 0;)
-      if (mesh_of[v] != UINT32_MAX) source_of[mesh_of[v]] = uint32_t(v);
-    auto origins = std::make_shared<std::vector<uint32_t>>(decoded_count);
-    for (size_t v = 0; v < decoded_count; v++) (*origins)[v] = source_of[coded[v]];
-    return origins;
+  // The mesh that the next frame moves.
+  const geometry::Mesh &base() const {
+    for (size_t i = size(); i-- > 1;)
+      if (loaded[i].patch) return loaded[i].patch->next;
+    return source.mesh;
   }
 
-  void follow(const PatchCoder &patches, const fvv_mesh &key, std::vector<MeshFrame> &frames) const {
+  // In each frame from one on, the lattice indices of vertices of the base of that: while they last.
+  std::vector<std::vector<int32_t>> places_from(size_t frame, std::vector<uint32_t> vertices) const {
+    std::vector<std::vector<int32_t>> out;
+    std::vector<int32_t> places(3 * vertices.size());
+    for (; frame < size(); frame++) {
+      for (size_t k = 0; k < places.size(); k++)
+        if (vertices[k / 3] != none) places[k] = loaded[frame].lattice[3 * size_t(vertices[k / 3]) + k % 3];
+      out.push_back(places);
+      for (size_t v = 0; v < vertices.size() && loaded[frame].patch; v++)
+        if (vertices[v] != none) vertices[v] = loaded[frame].patch->next_of[vertices[v]];
+    }
+    return out;
+  }
+
+  void follow(PatchCoder &patches, const fvv_mesh &key, std::vector<MeshFrame> &frames) const {
     fvv_diagnostic diagnostic = {};
     fvv_mesh_sequence *opened = nullptr;
     const fvv_status status = fvv_mesh_sequence_open(&key, nullptr, &opened, &diagnostic);
     const std::unique_ptr<fvv_mesh_sequence, void (*)(fvv_mesh_sequence *)> sequence(opened,
                                                                                      fvv_mesh_sequence_close);
     fvv::check(status, name_of(plan, first), diagnostic);
-    const std::vector<uint32_t> origins = *frames[0].origins;
     fvv_mesh_delta_options options;
     fvv_mesh_delta_options_default(&options);
     options.max_error = track.lattice.delta_error;
     OwnedBytes payload;
     for (size_t i = 1; i < size(); i++) {
+      const std::vector<uint32_t> &origins = patches.origins();
       std::vector<int32_t> wanted(3 * origins.size());
       for (size_t k = 0; k < wanted.size(); k++)
         wanted[k] = loaded[i].lattice[3 * size_t(origins[k / 3]) + k % 3];
       std::optional<PatchCoder::Coded> patch;
       if (loaded[i].patch) {
-        patch = patches.encode(*loaded[i].patch, name_of(plan, first + i));
+        const std::vector<uint32_t> &next = loaded[i].patch->next_of;
+        const auto own = next.end() - std::ptrdiff_t(loaded[i].patch->joins.size());
+        patch =
+            patches.encode(*loaded[i].patch, places_from(i + 1, {own, next.end()}), name_of(plan, first + i));
         fvv_mesh_patch described = patch->described();
         fvv::check(fvv_mesh_sequence_encode_patched(sequence.get(), wanted.data(), &options, &described,
                                                     &payload, &diagnostic),
@@ -434,13 +449,11 @@ private:
       frame.report = frames[0].report;
       frame.report.max_error = loaded[i].rounding + off * plan.lattice.lattice.step;
       frame.payload = payload.copy();
-      auto own = std::make_shared<std::vector<uint32_t>>(origins);
-      for (uint32_t &vertex : *own) vertex = loaded[i].order[vertex];
-      if (patch) *own = patch->origins(*own, source.mesh.vertex_count(), *sequence);
-      frame.origins = *own == origins ? frames[0].origins : own;
+      if (patch && !patches.add(*loaded[i].patch, *patch, *sequence)) return;
+      auto own = std::make_shared<std::vector<uint32_t>>(patches.origins());
+      for (size_t v = 0; v < own->size() && !patch; v++) (*own)[v] = loaded[i].order[(*own)[v]];
+      frame.origins = *own == *frames.back().origins ? frames.back().origins : own;
       frames.push_back(std::move(frame));
-      // What follows would move the mesh with its patch, and the next patch is one for the mesh without.
-      if (patch) return;
     }
   }
 
