@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 namespace fvv::mux {
 
@@ -27,7 +27,7 @@ constexpr std::array<double, 2> stricter_thresholds = {0.15, 0.25}; // cosines
 constexpr double psnr_step = 0.5;
 constexpr double most_growth = 1.05; // of the bytes
 // What a loss of the goal is worth, of the bytes.
-constexpr double bytes_of_goal = 0.05;
+constexpr double bytes_of_goal = 0.03;
 constexpr double exact = 80; // dB, that only rounding is left
 // What pays for a way of blending that is not the players' own.
 constexpr double least_blend_gain = 0.05; // dB
@@ -88,6 +88,12 @@ public:
     };
     frames.resize(count);
     for (size_t i = 0; i < count; i++) load(i);
+    if (!count) return;
+    geometry::Mesh mesh = frame_mesh(plan.capture, first_frame());
+    if (plan.capture.flip_faces) geometry::flip_faces(mesh); // as in the file
+    std::vector<SampledMesh> meshes;
+    meshes.push_back({first_frame(), std::move(mesh)});
+    tried.emplace(plan.capture, std::move(meshes), tiling);
   }
 
   // 0: the group begins with an empty stage.
@@ -185,6 +191,7 @@ private:
   const size_t group, first;
   size_t count = 0;
   std::vector<Frame> frames;
+  std::optional<SampledScene> tried; // the first frame, for decimation
 };
 
 template <class Sample> Pictures Trial::encode(const VideoTrack &track, std::optional<double> target) {
@@ -251,7 +258,7 @@ Meshes Trial::meshes(const MaxError &max_error) const {
   MeshTrack track;
   track.id = plan.meshes[0].id;
   track.lattice = part.lattice;
-  track.decimation = choose_decimation(part.options, scene, part.error, part.lattice, part.normals);
+  track.decimation = choose_decimation(part.options, *tried, part.error, part.lattice, part.normals);
   track.loader = std::make_shared<MeshLoader>(part, track.decimation, tiling);
   std::vector<MeshFrame> encoded;
   if (part.has_constant_topology) {
@@ -275,7 +282,7 @@ Meshes Trial::meshes(const MaxError &max_error) const {
   return out;
 }
 
-// What candidates lose of what the source's meshes and pictures show, in the first frames.
+// What candidates lose of what the source's meshes and pictures show, in the last frames.
 class Judge {
 public:
   Judge(const Trial &of, const render::ViewOptions &how, size_t count)
@@ -290,10 +297,12 @@ public:
                              const render::ViewOptions &how) const {
     return measure.held_out_sum(render::DrawnFrames(trial.with(meshes, pictures, number), how));
   }
-  // Half-way between cameras, against the source.
-  render::ViewScore between(const Meshes *meshes, const Pictures *pictures) const {
-    return render::BetweenMeasure(frames, drawn)
-        .score(render::DrawnFrames(trial.with(meshes, pictures, number), options));
+  // The same, and half-way between cameras, against the source.
+  std::pair<render::ViewScore, render::ViewScore> everywhere(const Meshes *meshes,
+                                                             const Pictures *pictures) const {
+    const std::vector<render::HeldOutFrame> shown = trial.with(meshes, pictures, number);
+    const render::DrawnFrames candidate(shown, options);
+    return {measure.held_out_sum(candidate), render::BetweenMeasure(frames, drawn).score(candidate)};
   }
   const render::ViewScore &of_source() const { return score; }
   size_t pixels() const { return measure.pixels(); }
@@ -349,11 +358,17 @@ class PictureCurve {
 public:
   struct Point {
     Pictures pictures;
-    double error;
+    double error; // beyond that of the source's pictures
   };
   explicit PictureCurve(std::vector<Point> by_rising_psnr) : points(std::move(by_rising_psnr)) {}
 
   const Pictures &finest() const { return points.back().pictures; }
+  // NULL: they were not tried.
+  const Pictures *tried(double psnr) const {
+    for (const Point &point : points)
+      if (point.pictures.psnr == psnr) return &point.pictures;
+    return nullptr;
+  }
   double lowest() const { return points.front().pictures.psnr; }
   double highest() const { return points.back().pictures.psnr; }
   double bytes(double psnr) const {
@@ -406,11 +421,12 @@ std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const 
   return out;
 }
 
+// Noise is alike in all frames: one is enough. judge: of any.
 PictureCurve try_pictures(const Plan &plan, Trial &trial, const Judge &judge) {
   std::vector<PictureCurve::Point> points;
   const auto attempt = [&](std::optional<double> target) {
     Pictures pictures = trial.pictures(target);
-    const double error = judge.held_out(nullptr, &pictures).luma_error();
+    const double error = judge.held_out(nullptr, &pictures).luma_error() - judge.of_source().luma_error();
     points.push_back({std::move(pictures), error});
   };
   const Quality &quality = plan.options.quality;
@@ -427,13 +443,12 @@ struct Combination {
 };
 
 // All of meshes and pictures, with errors added up.
-std::vector<Combination> combinations(const Judge &judge, const std::vector<TriedMeshes> &meshes,
-                                      const PictureCurve &curve) {
+std::vector<Combination> combinations(const std::vector<TriedMeshes> &meshes, const PictureCurve &curve) {
   std::vector<Combination> out;
   for (size_t k = 0; k < meshes.size(); k++)
     for (double psnr = curve.lowest(); psnr <= curve.highest(); psnr += psnr_step)
       out.push_back({k, psnr, meshes[k].meshes.bytes + curve.bytes(psnr),
-                     meshes[k].error + std::max(0.0, curve.error(psnr) - judge.of_source().luma_error())});
+                     meshes[k].error + std::max(0.0, curve.error(psnr))});
   return out;
 }
 
@@ -494,23 +509,24 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   choice.frame = trial.first_frame();
   choice.frames = trial.frame_count();
   const std::vector<TriedMeshes> meshes = try_meshes(plan, trial, judge, choice.goal);
-  const PictureCurve curve = try_pictures(plan, trial, judge);
-  const std::vector<Combination> all = combinations(judge, meshes, curve);
+  const PictureCurve curve = try_pictures(plan, trial, Judge(trial, trial.view_options(choice.texturing), 1));
+  const std::vector<Combination> all = combinations(meshes, curve);
   // Meshes as they would be, and the best pictures that were tried.
   const Combination by_default = *std::find_if(all.begin(), all.end(), [&](const Combination &one) {
     return one.meshes == 0 && one.psnr + psnr_step > curve.highest();
   });
   const Combination best = cheapest(all, by_default, choice.goal);
   const Meshes &chosen = meshes[best.meshes].meshes;
-  const bool has_target = plan.options.quality.by_default || plan.options.quality.is_psnr;
-  const Pictures pictures = trial.pictures(has_target ? std::optional<double>(best.psnr) : std::nullopt);
-  const render::ViewScore seen = judge.held_out(&chosen, &pictures);
+  std::optional<Pictures> encoded;
+  const Pictures *pictures = curve.tried(best.psnr);
+  if (!pictures) pictures = &encoded.emplace(trial.pictures(best.psnr));
+  const auto [seen, between] = judge.everywhere(&chosen, pictures);
   choice.psnr = best.psnr;
   choice.max_error = chosen.max_error;
-  choice.bytes = chosen.bytes + pictures.bytes;
+  choice.bytes = chosen.bytes + pictures->bytes;
   choice.held_out_psnr = seen.psnr();
   choice.held_out_ssim = seen.ssim();
-  choice.between_psnr = judge.between(&chosen, &pictures).psnr();
+  choice.between_psnr = between.psnr();
   choice.finest_psnr = judge.of_source().psnr();
   choice.finest_ssim = judge.of_source().ssim();
   choice.default_bytes = by_default.bytes;
