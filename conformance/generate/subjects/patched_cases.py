@@ -1,5 +1,6 @@
 """Whole and faulty patched frames, and their colours and visibility: clauses 8.14, 17 and 19."""
 
+import copy
 import struct
 
 from reference.container import uleb128
@@ -385,6 +386,7 @@ def faults():
         3035,
         lambda s, t, p: s.patched(t, HOLE, p, vertex_count=len(s.key.positions) + len(p.positions)),
     )
+    fault("no_face", "All faces are left out, and there is no patch.", 3003, nothing_left)
     fault("faces_less", "A face less than remains with the patch.", 3035, with_counts(faces=-1))
     fault(
         "faces_of_key",
@@ -418,6 +420,10 @@ def faults():
         3019,
         lambda s, t, p: renumbered(s, t, p),
     )
+
+
+def nothing_left(state, target, patch):
+    return copy.deepcopy(state).patched(target, range(len(state.key.faces)))
 
 
 def renumbered(state, target, patch):
