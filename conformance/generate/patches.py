@@ -30,12 +30,21 @@ class Patches(Motion):
     """The state of a key mesh with its delta and patched frames. key: the base mesh."""
 
     def patched(
-        self, target, absent=(), patch=None, coded=meshes.raw, lengths=None, sizes=None, data=None, **header
+        self,
+        target,
+        absent=(),
+        patch=None,
+        coded=meshes.raw,
+        steps=4,
+        lengths=None,
+        sizes=None,
+        data=None,
+        **header,
     ):
         """A MESH payload of profile 5. absent: numbers of faces; patch: a shape. lengths, sizes, data: other runs, sizes
         and bytes of the patch than the right ones; header: other values of its fields."""
         flags = [face in set(absent) for face in range(len(self.key.faces))]
-        delta = self.frame(target, attributes=0)[16:]
+        delta = self.frame(target, steps, attributes=0)[16:]
         numbers = runs(flags) if lengths is None else lengths
         coded_runs = numbers if isinstance(numbers, bytes) else b"".join(map(uleb128, numbers))
         if data is None:

@@ -35,18 +35,22 @@ def stream(shape, frames, key=meshes.raw):
     return s
 
 
-def out(faces=HOLE, lifted=0, coded=meshes.raw):
-    """A frame in which a patch, lifted by some steps, is in the place of faces."""
+def out(faces=HOLE, lifted=0, coded=meshes.raw, steps=4):
+    """A frame in which a patch, lifted by some steps, is in the place of faces. steps: quarters, of the motion."""
 
     def make(state, target):
         patch = cut(state.key, target, faces).moved(z=lifted)
-        return state.patched(target, faces, patch, coded)
+        return state.patched(target, faces, patch, coded, steps)
 
     return make
 
 
 def plain(state, target):
     return state.frame(target)
+
+
+def finer(state, target):
+    return state.frame(target, 3)
 
 
 def hole(state, target):
@@ -114,6 +118,17 @@ def whole():
         plain,
         out(range(28, 36), 1),
         plain,
+        shape=seamed(),
+    )
+    case(
+        "fractions",
+        "States between the steps of the lattice, which twins in a patch have from their nodes.",
+        finer,
+        out(steps=3),
+        finer,
+        out(range(50, 66), steps=3),
+        finer,
+        finer,
         shape=seamed(),
     )
     case(
