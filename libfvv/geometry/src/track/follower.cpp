@@ -18,9 +18,14 @@ constexpr Stage coarse_stages[] = {{150, 4}, {110, 2}, {80, 1}, {60, 0.5}, {45, 
 constexpr Stage fine_stages[] = {{40, 0.5}, {28, 0.2}, {20, 0.1}, {20, 0.1}, {20, 0.1}};
 constexpr int offset_solves = 5;
 // A little of the way to the point itself, so that borders stay where they are.
-constexpr double offset_reach = 25, offset_memory = 0.005, offset_to_point = 0.03;
+constexpr double offset_reach = 25, offset_to_point = 0.03;
 // Hulls are other ones in each frame: what they do beyond the motion is mostly noise.
-constexpr double offset_smoothness = 0.01, offset_smoothness_of_hulls = 0.1;
+constexpr double offset_smoothness_of_hulls = 0.1, offset_memory_of_hulls = 0.005;
+// Of others, times the square of what they may be off: that much of a frame is noise. Motion that is smooth
+// takes fewer bytes.
+constexpr double offset_smoothness = 0.25, least_smoothness = 0.01, most_smoothness = 1;
+constexpr double memory_over_smoothness = 0.3;
+
 // Of the vertices, against the points of the target: a surface of chords fits best where its vertices lie
 // outside of a convex one.
 constexpr double vertex_weight = 0.1;
@@ -33,6 +38,12 @@ double median_of(std::vector<double> values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+double smoothness_for(std::optional<double> error, double unit) {
+  if (!error) return offset_smoothness_of_hulls;
+  const double units = *error / unit;
+  return std::clamp(offset_smoothness * units * units, least_smoothness, most_smoothness);
 }
 
 std::vector<std::pair<uint32_t, uint32_t>> first_ring(const RunMesh &mesh) {
@@ -56,8 +67,9 @@ Target::Target(const geometry::Mesh &of)
       }
 }
 
-Follower::Follower(const geometry::Mesh &key, bool hulls, std::function<void()> check)
-    : body(key), unit(body.unit()), smoothness(hulls ? offset_smoothness_of_hulls : offset_smoothness),
+Follower::Follower(const geometry::Mesh &key, std::optional<double> error, std::function<void()> check)
+    : body(key), unit(body.unit()), smoothness(smoothness_for(error, unit)),
+      memory(error ? memory_over_smoothness * smoothness : offset_memory_of_hulls),
       coarse(body, coarse_spacing * unit), fine(body, fine_spacing * unit),
       coarse_system(coarse.vertices.size(), 6, Deformation::pairs(coarse)),
       fine_system(fine.vertices.size(), 6, Deformation::pairs(fine)),
@@ -251,7 +263,7 @@ bool Follower::move_offsets(const Target &target, Posture &posture) {
           offset_system.at(std::max(v, w), std::min(v, w))[4 * axis] -= each;
         }
       }
-      for (size_t axis = 0; axis < 3; axis++) offset_system.at(v, v)[4 * axis] += offset_memory;
+      for (size_t axis = 0; axis < 3; axis++) offset_system.at(v, v)[4 * axis] += memory;
     }
     const std::vector<double> moves = offset_system.solve();
     if (moves.empty() || !std::all_of(moves.begin(), moves.end(), [](double x) { return std::isfinite(x); }))

@@ -28,8 +28,9 @@ struct Posture {
 
 class Follower {
 public:
-  // hulls: what is followed flickers. check_cancelled: called often; may throw.
-  Follower(const geometry::Mesh &key, bool hulls, std::function<void()> check_cancelled);
+  // error: rms by which the mesh may be off; nothing: it is of hulls, which flicker. check_cancelled: called
+  // often; may throw.
+  Follower(const geometry::Mesh &key, std::optional<double> error, std::function<void()> check_cancelled);
 
   const RunMesh &mesh() const { return body; }
   Posture start() const;
@@ -54,7 +55,7 @@ private:
   void add_pull(const Correspondence &correspondence, double times);
 
   RunMesh body;
-  double unit, smoothness; // of offsets
+  double unit, smoothness, memory; // the latter of offsets
   NodeGraph coarse, fine;
   SparseSystem coarse_system, fine_system, offset_system;
   Deformation shape; // by the fine nodes

@@ -16,7 +16,7 @@ namespace {
 // whose distance is not the judge.
 constexpr double key_part = 0.7;
 // With patches it is only noise that following adds: one after the other, until a frame can be followed.
-constexpr double key_parts[] = {0.9, key_part, 0.55};
+constexpr double key_parts[] = {1, 0.9, key_part, 0.55};
 // Of the area: pieces below do not count when a key is chosen.
 constexpr double least_piece = 0.002;
 // Of the budget, one after the other: what is further off is patched.
@@ -54,6 +54,7 @@ struct Moving {
   std::shared_ptr<const HalfEdges> edges; // of its mesh
   Posture last;                           // in the last frame
   std::optional<Pose> before;             // in the frame before that, where it is known
+  double error = 0;                       // rms by which it may be off, metres
 };
 
 struct Step {
@@ -112,7 +113,7 @@ private:
     const decimate::Decimated decimated =
         decimate::decimate(source, frames.footprint(key), tighter, settings.target_error * part);
     if (!merit_of(decimated.mesh).sound) return run;
-    const Moving begin = moving(decimated.mesh);
+    const Moving begin = moving(decimated.mesh, decimated.report.error.rms / part);
     std::vector<Frame> before = follow(begin, part, key, first, end, -1), after;
     std::optional<Frame> own = judged(begin, begin.last, part, source, key, false);
     if (!own) return run;
@@ -128,9 +129,11 @@ private:
     return run;
   }
 
-  Moving moving(const geometry::Mesh &mesh) const {
+  Moving moving(const geometry::Mesh &mesh, double error) const {
     Moving out;
-    out.follower = std::make_shared<Follower>(mesh, bool(settings.masks), [this] { check_cancelled(); });
+    out.error = error;
+    out.follower = std::make_shared<Follower>(
+        mesh, settings.masks ? std::nullopt : std::optional<double>(error), [this] { check_cancelled(); });
     out.edges = std::make_shared<HalfEdges>(out.follower->mesh().faces);
     out.last = out.follower->start();
     return out;
@@ -138,7 +141,7 @@ private:
 
   // What moves on from a frame with a patch, into which the other moved by a step.
   Moving moving(const Patch &patch, const Moving &other, const Posture &step) const {
-    Moving out = moving(patch.next);
+    Moving out = moving(patch.next, other.error);
     std::vector<uint32_t> like(out.last.points.size(), UINT32_MAX);
     for (uint32_t v = 0; v < step.points.size(); v++)
       if (patch.next_of[v] != UINT32_MAX) like[patch.next_of[v]] = v;
