@@ -123,12 +123,12 @@ struct InsetChoice {
 // were tried. PSNR and SSIM are of cameras that were drawn from the others.
 struct ViewChoice {
   bool on = false;
-  std::string reason; // why not, or why the goal is missed; empty: it is kept
-  double goal = 0;    // dB
-  int64_t frame = 0;  // number of the first one that was tried
-  size_t frames = 0;  // that were tried
-  double psnr = 0;    // of pictures, dB
-  MaxError max_error = {};
+  std::string reason;   // why not, or why the goal is missed; empty: it is kept
+  double goal = 0;      // dB
+  int64_t frame = 0;    // number of the first one that was tried
+  size_t frames = 0;    // that were tried
+  double psnr = 0;      // of pictures, dB
+  double max_error = 0; // of meshes, as ErrorBudget::value
   fvv_texturing texturing = {};
   double finest_psnr = 0, finest_ssim = 0;     // of the source's meshes and pictures
   double default_psnr = 0, default_bytes = 0;  // without the choice; bytes: of meshes and pictures of a group

@@ -260,8 +260,8 @@ void apply_view_choice(Plan &plan, const SampledScene &scene, const Tiling &came
   const fvv_texturing &chosen = view.texturing;
   if (chosen.threshold != fvv_texturing_threshold(chosen.blend)) options.texture_threshold = chosen.threshold;
   if (chosen.best != usual.best) options.texture_best = chosen.best;
-  if (options.max_error || view.max_error.value == plan.error.value) return;
-  options.max_error = view.max_error;
+  if (view.max_error == plan.error.value) return;
+  options.max_error = {view.max_error, MaxError::pixels};
   plan_meshes(plan, scene, cameras, delta_frames);
 }
 

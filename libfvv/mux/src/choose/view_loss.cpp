@@ -21,8 +21,8 @@ namespace {
 
 constexpr size_t tried_frames = 3; // encoded for each candidate
 constexpr std::array<double, 3> tried_psnr = {least_camera_psnr, 40, 42};
-constexpr std::array<double, 2> coarser_errors = {0.2, 0.3}; // pixels
-constexpr std::array<double, 2> finer_errors = {0.05, 0.075};
+constexpr std::array<double, 3> coarser_errors = {0.175, 0.2, 0.3}; // pixels
+constexpr std::array<double, 3> finer_errors = {0.05, 0.075, 0.1};
 constexpr std::array<double, 2> stricter_thresholds = {0.15, 0.25}; // cosines
 constexpr double psnr_step = 0.5;
 constexpr double most_growth = 1.05; // of the bytes
@@ -51,7 +51,7 @@ struct Pictures {
 };
 
 struct Meshes {
-  MaxError max_error;
+  double max_error = 0;          // as ErrorBudget::value
   double bytes = 0;              // of a group
   std::vector<Surface> surfaces; // of each frame
 };
@@ -123,7 +123,8 @@ public:
     return out;
   }
 
-  Meshes meshes(const MaxError &max_error) const;
+  // max_error: none: as the plan has it.
+  Meshes meshes(const std::optional<MaxError> &max_error) const;
   // target: dB; none: as the options say.
   Pictures pictures(std::optional<double> target);
 
@@ -247,9 +248,9 @@ Pictures Trial::pictures(std::optional<double> target) {
   return out;
 }
 
-Meshes Trial::meshes(const MaxError &max_error) const {
+Meshes Trial::meshes(const std::optional<MaxError> &max_error) const {
   Plan part = plan;
-  part.options.max_error = max_error;
+  if (max_error) part.options.max_error = max_error;
   part.options.track = Track::never; // takes long, and changes little of what is seen
   part.tracking.on = false;
   part.error = choose_budget(part.options, scene);
@@ -269,7 +270,7 @@ Meshes Trial::meshes(const MaxError &max_error) const {
     for (std::vector<MeshFrame> &one : each) encoded.push_back(std::move(one[0]));
   }
   Meshes out;
-  out.max_error = max_error;
+  out.max_error = part.error.value;
   DecodedMeshes decoded(plan.capture.path);
   std::vector<size_t> bytes;
   for (size_t i = 0; i < encoded.size(); i++) {
@@ -403,21 +404,21 @@ struct TriedMeshes {
 // the goal, and coarser ones, as long as they lose no more than that.
 std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const Judge &judge, double goal) {
   std::vector<TriedMeshes> out;
-  const auto attempt = [&](const MaxError &error) {
+  const auto attempt = [&](const std::optional<MaxError> &error) {
     Meshes meshes = trial.meshes(error);
     const double seen = judge.held_out(&meshes, nullptr).luma_error();
     out.push_back({std::move(meshes), seen});
     return render::loss_db(out[0].error, seen);
   };
-  attempt({plan.error.value, plan.error.is_length ? MaxError::metres : MaxError::pixels});
+  attempt(std::nullopt);
   const Options &options = plan.options;
   if (options.max_error || plan.error.is_length || options.step || options.triangles ||
       options.keep_geometry || !plan.meshes[0].decimation.on)
     return out;
   for (const double pixels : finer_errors)
-    if (attempt({pixels, MaxError::pixels}) > -goal) break;
+    if (attempt(MaxError{pixels, MaxError::pixels}) > -goal) break;
   for (const double pixels : coarser_errors)
-    if (attempt({pixels, MaxError::pixels}) > goal) break;
+    if (attempt(MaxError{pixels, MaxError::pixels}) > goal) break;
   return out;
 }
 
@@ -445,10 +446,14 @@ struct Combination {
 // All of meshes and pictures, with errors added up.
 std::vector<Combination> combinations(const std::vector<TriedMeshes> &meshes, const PictureCurve &curve) {
   std::vector<Combination> out;
+  const double range = curve.highest() - curve.lowest(); // not a number: pictures without an error
+  const size_t steps = range > 0 ? size_t(range / psnr_step) : 0;
   for (size_t k = 0; k < meshes.size(); k++)
-    for (double psnr = curve.lowest(); psnr <= curve.highest(); psnr += psnr_step)
+    for (size_t i = 0; i <= steps; i++) {
+      const double psnr = i ? curve.lowest() + double(i) * psnr_step : curve.lowest();
       out.push_back({k, psnr, meshes[k].meshes.bytes + curve.bytes(psnr),
                      meshes[k].error + std::max(0.0, curve.error(psnr))});
+    }
   return out;
 }
 
@@ -512,9 +517,8 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   const PictureCurve curve = try_pictures(plan, trial, Judge(trial, trial.view_options(choice.texturing), 1));
   const std::vector<Combination> all = combinations(meshes, curve);
   // Meshes as they would be, and the best pictures that were tried.
-  const Combination by_default = *std::find_if(all.begin(), all.end(), [&](const Combination &one) {
-    return one.meshes == 0 && one.psnr + psnr_step > curve.highest();
-  });
+  const Combination by_default =
+      *std::find_if(all.rbegin(), all.rend(), [](const Combination &one) { return one.meshes == 0; });
   const Combination best = cheapest(all, by_default, choice.goal);
   const Meshes &chosen = meshes[best.meshes].meshes;
   std::optional<Pictures> encoded;

@@ -104,10 +104,6 @@ struct Fields {
     auto &[inset, reason, frame, found] = v;
     a(inset, reason, frame, found);
   }
-  template <class A> static void of(A &a, MaxError &v) {
-    auto &[value, unit] = v;
-    a(value, unit);
-  }
   template <class A> static void of(A &a, fvv_texturing &v) {
     auto &[threshold, depth_bias, depth_slope, inset, best, unseen, blend] = v;
     a(threshold, depth_bias, depth_slope, inset, best, unseen, blend);

@@ -270,15 +270,16 @@ InsetReport report_inset(const InsetChoice &inset) {
           found.after};
 }
 
-ViewReport report_view(const ViewChoice &view) {
+ViewReport report_view(const Plan &plan) {
+  const ViewChoice &view = plan.view;
   ViewReport out;
   out.goal = view.goal;
   out.is_measured = view.on;
   out.reason = view.reason;
   out.frame = view.frame;
   out.psnr = view.psnr;
-  out.max_error = view.max_error.value;
-  out.is_length = view.max_error.unit == MaxError::metres;
+  out.max_error = view.max_error;
+  out.is_length = plan.error.is_length;
   out.is_paper = view.texturing.blend == FVV_BLEND_PAPER;
   out.threshold = view.texturing.threshold;
   out.best = view.texturing.best;
@@ -398,7 +399,7 @@ Report make_report(const Plan &plan, const Decisions &decisions, const StreamSum
   out.colour_cell = plan.colours.cell_size * plan.lattice.lattice.step;
   out.match = report_match(plan);
   out.inset = report_inset(plan.inset);
-  if (options.view_loss) out.view = report_view(plan.view);
+  if (options.view_loss) out.view = report_view(plan);
   for (size_t i = 0; i < plan.sounds.size(); i++) out.sounds.push_back(report_sound(plan, sums, i));
   if (plan.environment) out.environment = report_environment(*plan.environment, sums.environment.chunks);
   for (const scene::VideoReport &video : plan.sources) out.sources.push_back(report_source(video));
