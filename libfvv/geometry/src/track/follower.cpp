@@ -136,12 +136,12 @@ class Pairs {
 public:
   Pairs(double furthest, const Target &of) : reach(furthest), target(of) {}
 
-  // The point of the target that is nearest to a place. weight: of it.
+  // The point of the target that is nearest to a place. weight: of it. guess: where it was last time.
   void add_nearest(const std::array<uint32_t, 3> &corners, const std::array<double, 3> &barycentric,
-                   Vec3 place, Vec3 normal, double weight) {
-    const render::ClosestPoint hit = target.finder.nearest(place, normal, guess);
+                   Vec3 place, Vec3 normal, double weight, uint32_t &guess) {
+    const render::ClosestPoint hit = target.finder.nearest(place, normal, guess == UINT32_MAX ? last : guess);
     if (hit.face == UINT32_MAX) return;
-    guess = hit.face;
+    last = guess = hit.face;
     const Vec3 there = mean_normal(target.mesh.faces[hit.face], hit.barycentric, target.normals);
     add({corners, barycentric, place, hit.point, there, weight}, normal, hit.squared);
   }
@@ -167,7 +167,7 @@ public:
 private:
   const double reach;
   const Target &target;
-  uint32_t guess = UINT32_MAX;
+  uint32_t last = UINT32_MAX;
   std::vector<Correspondence> out;
   std::vector<double> distances;
 };
@@ -176,11 +176,16 @@ private:
 
 // From the mesh to the target, and from every stride-th vertex of the target.
 std::vector<Correspondence> Follower::correspondences(const std::vector<Vec3> &points, const Target &target,
-                                                      double reach, size_t stride, Places places) const {
+                                                      double reach, size_t stride, Places places,
+                                                      Guesses &guesses) const {
   Pairs pairs(reach, target);
+  guesses.vertices.resize(body.points.size(), UINT32_MAX);
+  guesses.places.resize(3 * body.faces.size(), UINT32_MAX);
+  guesses.target.resize(target.order.size(), UINT32_MAX);
   const std::vector<Vec3> normals = body.normals(points);
   for (uint32_t v = 0; places == Places::vertices && v < points.size(); v++)
-    pairs.add_nearest({v, v, v}, {1, 0, 0}, points[v], normals[v], vertex_weight * body.areas[v] / body.area);
+    pairs.add_nearest({v, v, v}, {1, 0, 0}, points[v], normals[v], vertex_weight * body.areas[v] / body.area,
+                      guesses.vertices[v]);
   for (size_t f = 0; places == Places::faces && f < body.faces.size(); f++) {
     const auto &[a, b, c] = body.faces[f];
     const double area = length(cross(points[b] - points[a], points[c] - points[a])) / 2;
@@ -188,16 +193,19 @@ std::vector<Correspondence> Follower::correspondences(const std::vector<Vec3> &p
       std::array<double, 3> at = {1.0 / 6, 1.0 / 6, 1.0 / 6};
       at[k] = 2.0 / 3;
       pairs.add_nearest(body.faces[f], at, points[a] * at[0] + points[b] * at[1] + points[c] * at[2],
-                        mean_normal(body.faces[f], at, normals), area / 3 / body.area);
+                        mean_normal(body.faces[f], at, normals), area / 3 / body.area,
+                        guesses.places[3 * f + k]);
     }
   }
   const FacingFinder finder(body.triangles(points));
-  uint32_t guess = UINT32_MAX;
+  uint32_t last = UINT32_MAX;
   for (size_t i = 0; i < target.order.size(); i += stride) {
     const uint32_t v = target.order[i];
-    const render::ClosestPoint hit = finder.nearest(target.mesh.points[v], target.normals[v], guess);
+    uint32_t &guess = guesses.target[i];
+    const render::ClosestPoint hit =
+        finder.nearest(target.mesh.points[v], target.normals[v], guess == UINT32_MAX ? last : guess);
     if (hit.face == UINT32_MAX) continue;
-    guess = hit.face;
+    last = guess = hit.face;
     pairs.add({body.faces[hit.face], hit.barycentric, hit.point, target.mesh.points[v], target.normals[v],
                double(stride) * target.mesh.areas[v] / target.mesh.area},
               mean_normal(body.faces[hit.face], hit.barycentric, normals), hit.squared);
@@ -206,7 +214,7 @@ std::vector<Correspondence> Follower::correspondences(const std::vector<Vec3> &p
 }
 
 // By coarse nodes, from the shape that the mesh has now.
-bool Follower::move_coarse(const Target &target, Posture &posture) {
+bool Follower::move_coarse(const Target &target, Posture &posture, Guesses &guesses) {
   const Deformation change(coarse, posture.points);
   Pose pose = change.still();
   const size_t stride = 1 + target.order.size() / coarse_targets;
@@ -214,7 +222,7 @@ bool Follower::move_coarse(const Target &target, Posture &posture) {
   for (const Stage &stage : coarse_stages) {
     check_cancelled();
     if (!change.step(coarse_system,
-                     correspondences(points, target, stage.reach * unit, stride, Places::vertices),
+                     correspondences(points, target, stage.reach * unit, stride, Places::vertices, guesses),
                      stage.rigidity, pose))
       return false;
     points = change.apply(pose);
@@ -232,11 +240,11 @@ bool Follower::move_coarse(const Target &target, Posture &posture) {
   return true;
 }
 
-bool Follower::move_fine(const Target &target, Posture &posture) {
+bool Follower::move_fine(const Target &target, Posture &posture, Guesses &guesses) {
   for (const Stage &stage : fine_stages) {
     check_cancelled();
     if (!shape.step(fine_system,
-                    correspondences(posture.points, target, stage.reach * unit, 1, Places::vertices),
+                    correspondences(posture.points, target, stage.reach * unit, 1, Places::vertices, guesses),
                     stage.rigidity, posture.pose))
       return false;
     posture.points = points_of(posture.pose, posture.offsets);
@@ -245,13 +253,13 @@ bool Follower::move_fine(const Target &target, Posture &posture) {
 }
 
 // Each vertex by itself, by what remains. That neighbours go the same way keeps vertices apart.
-bool Follower::move_offsets(const Target &target, Posture &posture) {
+bool Follower::move_offsets(const Target &target, Posture &posture, Guesses &guesses) {
   const size_t count = body.points.size();
   for (int solve = 0; solve < offset_solves; solve++) {
     check_cancelled();
     offset_system.clear();
     for (const Correspondence &c :
-         correspondences(posture.points, target, offset_reach * unit, 1, Places::faces))
+         correspondences(posture.points, target, offset_reach * unit, 1, Places::faces, guesses))
       add_pull(c, double(count));
     for (uint32_t v = 0; v < count; v++) {
       const double each = smoothness / double(body.first[v + 1] - body.first[v]);
@@ -307,7 +315,9 @@ std::optional<Posture> Follower::follow(const Posture &last, const Pose *before,
     next.pose = extrapolated(last.pose, *before);
     next.points = points_of(next.pose, next.offsets);
   }
-  if ((!near && !move_coarse(target, next)) || !move_fine(target, next) || !move_offsets(target, next))
+  Guesses guesses;
+  if ((!near && !move_coarse(target, next, guesses)) || !move_fine(target, next, guesses) ||
+      !move_offsets(target, next, guesses))
     return {};
   return next;
 }

@@ -47,11 +47,17 @@ private:
   std::vector<Vec3> points_of(const Pose &pose, const std::vector<Vec3> &offsets) const;
   // Of the mesh, from which the nearest points of the target are looked for.
   enum class Places { vertices, faces };
+  // The faces that were nearest one step before, where the search begins: of the target for vertices and for
+  // places on faces, of the mesh for vertices of the target.
+  struct Guesses {
+    std::vector<uint32_t> vertices, places, target;
+  };
   std::vector<Correspondence> correspondences(const std::vector<Vec3> &points, const Target &target,
-                                              double reach, size_t stride, Places places) const;
-  bool move_coarse(const Target &target, Posture &posture);
-  bool move_fine(const Target &target, Posture &posture);
-  bool move_offsets(const Target &target, Posture &posture);
+                                              double reach, size_t stride, Places places,
+                                              Guesses &guesses) const;
+  bool move_coarse(const Target &target, Posture &posture, Guesses &guesses);
+  bool move_fine(const Target &target, Posture &posture, Guesses &guesses);
+  bool move_offsets(const Target &target, Posture &posture, Guesses &guesses);
   void add_pull(const Correspondence &correspondence, double times);
 
   RunMesh body;

@@ -62,6 +62,46 @@ struct Step {
   Frame frame;
 };
 
+// The surface of a frame. What is made of it is made once, however often the frame is tried.
+class FrameSource {
+public:
+  // part: of the budget, for a substitute.
+  FrameSource(const decimate::Frames &frames, const Settings &given, size_t i, double part)
+      : mesh(frames.mesh(i)), reference(mesh, frames.footprint(i)), number(i), footprint(frames.footprint(i)),
+        settings(given), share(part) {}
+  FrameSource(const FrameSource &) = delete; // the reference is of its own mesh
+  FrameSource &operator=(const FrameSource &) = delete;
+
+  // With few faces, of which patches are made.
+  const RunMesh &substitute() const {
+    if (!few) few = std::make_unique<RunMesh>(decimated(share));
+    return *few;
+  }
+
+  // As it would be sent by itself.
+  const geometry::Mesh &key() const {
+    if (!alone) alone = std::make_unique<geometry::Mesh>(decimated(1));
+    return *alone;
+  }
+
+  const geometry::Mesh mesh;
+  const decimate::Reference reference;
+  const size_t number;
+
+private:
+  geometry::Mesh decimated(double part) const {
+    decimate::Budget budget = settings.budget;
+    budget.pixels *= part;
+    return decimate::decimate(mesh, footprint, budget, settings.target_error * part).mesh;
+  }
+
+  const decimate::Footprint footprint;
+  const Settings &settings;
+  const double share;
+  mutable std::unique_ptr<RunMesh> few;
+  mutable std::unique_ptr<geometry::Mesh> alone;
+};
+
 size_t size_of_patch(const Frame &frame) {
   return frame.patch ? frame.patch->mesh.face_count() : 0;
 }
@@ -109,13 +149,13 @@ private:
     if (!merits[key].sound) return run;
     decimate::Budget tighter = settings.budget;
     tighter.pixels *= part;
-    const geometry::Mesh source = frames.mesh(key);
+    const FrameSource source(frames, settings, key, part);
     const decimate::Decimated decimated =
-        decimate::decimate(source, frames.footprint(key), tighter, settings.target_error * part);
+        decimate::decimate(source.mesh, frames.footprint(key), tighter, settings.target_error * part);
     if (!merit_of(decimated.mesh).sound) return run;
     const Moving begin = moving(decimated.mesh, decimated.report.error.rms / part);
     std::vector<Frame> before = follow(begin, part, key, first, end, -1), after;
-    std::optional<Frame> own = judged(begin, begin.last, part, source, key, false);
+    std::optional<Frame> own = judged(begin, begin.last, source, false);
     if (!own) return run;
     own->report.target_error = decimated.report.target_error;
     own->report.dropped_pieces = decimated.report.dropped_pieces;
@@ -156,14 +196,14 @@ private:
     for (size_t i = key; direction > 0 ? i + 1 < end : i > first;) {
       direction > 0 ? i++ : i--;
       if (!merits[i].sound) break;
-      const geometry::Mesh source = frames.mesh(i);
-      const Target target(source);
+      const FrameSource source(frames, settings, i, part);
+      const Target target(source.mesh);
       const bool may_patch = has_patches() && direction > 0;
       std::optional<Step> best;
       const auto attempt = [&](const Pose *before, bool near) {
         std::optional<Posture> next = now.follower->follow(now.last, before, near, target);
         if (!next) return;
-        std::optional<Frame> frame = judged(now, *next, part, source, i, may_patch);
+        std::optional<Frame> frame = judged(now, *next, source, may_patch);
         if (frame && (!best || size_of_patch(*frame) < size_of_patch(best->frame)))
           best = {std::move(*next), std::move(*frame)};
       };
@@ -192,41 +232,33 @@ private:
   }
 
   // Nothing: beyond the budget.
-  std::optional<Frame> judged(const Moving &moving, const Posture &posture, double part,
-                              const geometry::Mesh &source, size_t i, bool patches) const {
+  std::optional<Frame> judged(const Moving &moving, const Posture &posture, const FrameSource &source,
+                              bool patches) const {
     check_cancelled();
-    const decimate::Reference reference(source, frames.footprint(i));
     Frame frame;
     frame.mesh = moving.follower->mesh().at(posture.points);
     decimate::Outliers outliers;
-    frame.report = decimate::measure_on_lattice(reference, frame.mesh, settings.budget, outliers);
+    frame.report = decimate::measure_on_lattice(source.reference, frame.mesh, settings.budget, outliers);
     if (is_within(frame.report)) return frame;
-    if (patches && patch(moving, posture, part, reference, i, frame)) return frame;
-    if (!settings.masks || !has_outlines(frame, source, i)) return {};
+    if (patches && patch(moving, posture, source, frame)) return frame;
+    if (!settings.masks || !has_outlines(frame, source)) return {};
     frame.report.by_outlines = true;
     frame.report.thin_area = 0;
     return frame;
   }
 
   // A hull may be anywhere inside of its outlines, but what is far from it has lost it.
-  bool has_outlines(const Frame &frame, const geometry::Mesh &source, size_t i) const {
+  bool has_outlines(const Frame &frame, const FrameSource &source) const {
     if (!(frame.report.error.rms_pixels <= decimate::max_over_rms * settings.budget.pixels)) return false;
     check_cancelled();
-    const decimate::Decimated own =
-        decimate::decimate(source, frames.footprint(i), settings.budget, settings.target_error);
-    const std::vector<MaskView> masks = settings.masks(i);
-    return OutlineJudge(masks, own.mesh, settings.budget.pixels).accepts(frame.mesh);
+    const std::vector<MaskView> masks = settings.masks(source.number);
+    return OutlineJudge(masks, source.key(), settings.budget.pixels).accepts(frame.mesh);
   }
 
   // Whether the frame is within the budget with the patch that it then has.
-  bool patch(const Moving &moving, const Posture &posture, double part, const decimate::Reference &reference,
-             size_t i, Frame &frame) const {
-    decimate::Budget tighter = settings.budget;
-    tighter.pixels *= part;
-    const RunMesh substitute(
-        decimate::decimate(reference.mesh(), frames.footprint(i), tighter, settings.target_error * part)
-            .mesh);
-    const Patcher patcher(moving.follower->mesh(), *moving.edges, posture.points, reference, substitute);
+  bool patch(const Moving &moving, const Posture &posture, const FrameSource &source, Frame &frame) const {
+    const Patcher patcher(moving.follower->mesh(), *moving.edges, posture.points, source.reference,
+                          source.substitute());
     for (const double limit : patch_limits) {
       Patcher::Wanted wanted;
       for (int attempt = 0; attempt < patch_attempts; attempt++) {
@@ -236,7 +268,7 @@ private:
         decimate::Outliers outliers;
         const geometry::Mesh whole = patched(frame.mesh, *patch);
         const decimate::Report report =
-            decimate::measure_on_lattice(reference, whole, settings.budget, outliers);
+            decimate::measure_on_lattice(source.reference, whole, settings.budget, outliers);
         if (is_within(report)) {
           const RunMesh next(whole);
           patch->next = next.at(next.points);
