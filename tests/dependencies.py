@@ -77,11 +77,18 @@ def tried(end, python):
         "PYTHONDONTWRITEBYTECODE": "1",
         "MPLBACKEND": "agg",
     }
-    command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", NOT_RUN, f"--junit-xml={report}"]
+    # -v: the log names each test as it ends, also where the whole does not end.
+    command = [python, "-m", "pytest", "-v", "-p", "no:cacheprovider", "-k", NOT_RUN, f"--junit-xml={report}"]
     command += [f"--ignore={TESTS}/{name}" for name in LEFT_OUT]
-    with open(WORK / f"{end}.log", "w") as log:
-        done = subprocess.run(
-            [*map(str, command), TESTS], cwd=ROOT, env=settings, stdout=log, stderr=log, timeout=LIMIT
+    try:
+        with open(WORK / f"{end}.log", "w") as log:
+            done = subprocess.run(
+                [*map(str, command), TESTS], cwd=ROOT, env=settings, stdout=log, stderr=log, timeout=LIMIT
+            )
+    except subprocess.TimeoutExpired:
+        failed = re.findall(r"^(\S+) (?:FAILED|ERROR)", (WORK / f"{end}.log").read_text(), re.M)
+        sys.exit(
+            f"dependencies: {end}: did not end within {LIMIT} s; failed until then: {' '.join(failed) or 'none'}"
         )
     if done.returncode not in (0, 1) or not report.exists():
         sys.exit(f"dependencies: pytest ended with {done.returncode}; see {WORK / end}.log")

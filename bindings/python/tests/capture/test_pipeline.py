@@ -141,7 +141,7 @@ def test_fvvmux_takes_the_capture(shoot, keyed, tmp_path):
     with fvv.open(tmp_path / "keyed.fvv") as clip:
         assert len(clip) == FRAMES
         assert clip[3].mesh.face_count > 500
-        assert len(clip[3].images) == CAMERAS
+        assert len(clip[3].pictures) == CAMERAS
 
 
 def test_grids_are_kept_beside_the_meshes(keyed):
