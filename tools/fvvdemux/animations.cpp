@@ -60,6 +60,9 @@ private:
     fvv::check(fvv_stream_configuration(stream, group.group, &configuration, &diagnostic), "configuration",
                diagnostic);
     const fvv_track *track = mesh_track_of(*configuration, options.rung, nullptr);
+    if (!track)
+      throw fvv::Error("frame " + std::to_string(frame.number) +
+                       ": it has a mesh, and the configuration of its group no track of meshes");
     OwnedMesh mesh;
     const size_t place = group.frame + size_t(frame.number - group.number);
     fvv::check(fvv_stream_mesh(stream, place, track->id, &mesh, &diagnostic),

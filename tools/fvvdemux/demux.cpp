@@ -10,6 +10,7 @@
 #include "fvvdemux/group.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -195,6 +196,9 @@ std::vector<int64_t> places_of(fvv_stream *stream, int64_t &end) {
 
 namespace {
 
+// What numbers of files have no more than.
+constexpr double furthest_place = 2147483648.0;
+
 // Of a stream all of whose frames were written, and in which some places have no frame.
 FrameSpan span_with_gaps(const std::vector<WrittenFrame> &frames, const FileNumbers &numbers, int64_t ticks,
                          bool meshes_alone) {
@@ -232,6 +236,11 @@ std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const 
     if (duration) out.duration = *duration;
     return reason.empty() ? std::optional(std::move(out)) : std::nullopt;
   }
+  for (const WrittenFrame &frame : frames)
+    if (std::abs(double(numbers.place(frame.number))) > furthest_place) {
+      reason = "frame " + std::to_string(frame.number) + " is further from the first than 2^31 frames";
+      return {};
+    }
   const int64_t count = int64_t(frames.size()), first = numbers.place(frames[0].number);
   const int64_t stride = count > 1 ? numbers.place(frames[1].number) - first : 1;
   const uint64_t ticks =

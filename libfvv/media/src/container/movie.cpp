@@ -53,8 +53,12 @@ std::string movie_file(const fvv_video_config &config, const fvv_rational &tick,
   Muxer muxer("mp4", "a film");
   const AVStream *pictures = add_pictures(muxer, config, {int(tick.numerator), int(tick.denominator)});
   muxer.write_header();
-  for (const TimedSample &sample : samples)
-    muxer.write(*pictures, sample.bytes, sample.time - samples.front().time, sample.duration, sample.key);
+  for (const TimedSample &sample : samples) {
+    const uint64_t since = uint64_t(sample.time) - uint64_t(samples.front().time);
+    if (sample.time < samples.front().time || since > uint64_t(INT64_MAX))
+      throw Error("a film in MP4 cannot have a picture " + std::to_string(since) + " ticks after its first");
+    muxer.write(*pictures, sample.bytes, int64_t(since), sample.duration, sample.key);
+  }
   return muxer.finish();
 }
 
