@@ -23,8 +23,9 @@ SCENE_METRES = 4  # of the generated action, along its longest side
 SCALES = (0.1, 1, 100)
 
 
-def run(*command):
-    environment = {**os.environ, "FVV_BUILD": str(ROOT / "build/default")}
+def run(*command, **variables):
+    """variables: of the environment."""
+    environment = {**os.environ, "FVV_BUILD": str(ROOT / "build/default"), **variables}
     done = subprocess.run([str(c) for c in command], capture_output=True, text=True, env=environment)
     # 3: done with a warning, which shows in the next step.
     if done.returncode not in (0, 3):
@@ -113,8 +114,10 @@ def has_firefox():
     return True
 
 
-def compare(streams, *options):
-    lines = json.loads(run("node", ROOT / "js/player/conformance/compare.mjs", *streams, "--json", *options))
+def compare(streams, *options, **variables):
+    """variables: of the environment."""
+    script = ROOT / "js/player/conformance/compare.mjs"
+    lines = json.loads(run("node", script, *streams, "--json", *options, **variables))
     for line in lines:
         rays = line["agreementPercent"]
         print(

@@ -1,0 +1,1 @@
+"""Figures of the player on a graphics card."""

@@ -8,10 +8,10 @@ import json
 import os
 import pathlib
 import re
-import subprocess
+
+from player_renderer import TOOLS, compare, run
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-TOOLS = ROOT / "build/default/tools"
 WORK = ROOT / "build/bench/gpu"
 CAMERAS = (7, 12, 40)
 SOFTWARE = re.compile("swiftshader|llvmpipe|softpipe", re.IGNORECASE)
@@ -25,39 +25,19 @@ def clips():
         stream = WORK / f"cameras{count}.fvv"
         if not stream.exists():
             capture = WORK / f"cameras{count}"
-            made = [
-                "--rig",
-                "small",
-                "--cameras",
-                count,
-                "--frames",
-                25,
-                "--size",
-                "960x540",
-                "--environment",
-            ]
-            run(TOOLS / "fvvsynth/fvvsynth", "-o", capture, "--force", *made)
+            run(TOOLS / "fvvsynth/fvvsynth", "-o", capture, "--force", "--rig", "small", "--cameras", count,
+                "--frames", 25, "--size", "960x540", "--environment")  # fmt: skip
             run(TOOLS / "fvvmux/fvvmux", capture, "-o", stream, "--visibility", "weight")
         paths.append(stream)
     return paths
-
-
-def run(*command, angle=None):
-    environment = {**os.environ, "FVV_BUILD": str(ROOT / "build/default")}
-    if angle:
-        environment["FVV_ANGLE"] = angle
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, env=environment)
-    if done.returncode not in (0, 3):
-        raise RuntimeError(f"{command[0]} failed ({done.returncode}): {done.stderr.strip()[-2000:]}")
-    return done.stdout
 
 
 def rates(streams):
     """What was measured and with which ANGLE, or None."""
     for angle in [os.environ["FVV_ANGLE"]] if "FVV_ANGLE" in os.environ else ["vulkan", "gl-egl"]:
         try:
-            found = json.loads(run("node", ROOT / "bench/gpu/rates.mjs", *streams, angle=angle))
-        except RuntimeError as error:
+            found = json.loads(run("node", ROOT / "bench/gpu/rates.mjs", *streams, FVV_ANGLE=angle))
+        except SystemExit as error:
             print(f"{angle}: {error}")
             continue
         print(f"{angle}: {found['renderer']}")
@@ -80,15 +60,7 @@ def measure():
                     f"{name:10} {size:9} by {way:5} {rate['playing']:7.1f} frames/s while playing, "
                     f"{rate['still']:7.1f} of one frame"
                 )
-    compared = run(
-        "node", ROOT / "js/player/conformance/compare.mjs", streams[1], "--poses", 8, "--json", angle=angle
-    )
-    lines = json.loads(compared)
-    for line in lines:
-        print(
-            f"by {line['visibleBy']:5} {line['minPsnr']:.1f} dB at least, "
-            f"{line['largePercent']:.2f} % off by more than 8"
-        )
+    lines = compare(streams[1:2], "--poses", "8", FVV_ANGLE=angle)
     by = found["clips"]
     return {
         "player.gpu_fps": by["cameras12"]["1080p"]["bits"]["playing"],

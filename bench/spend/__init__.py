@@ -1,1 +1,1 @@
-"""Figures of meshes that are followed from frame to frame (docs/encoding/tracking.md)."""
+"""Figures of what --view-loss saves (docs/encoding/view-loss.md)."""

@@ -1,4 +1,4 @@
-"""What fvvmux --view-loss 0.1dB saves against the defaults, and what views from places lose where no camera of the stream stands.
+"""What fvvmux --view-loss 0.1dB saves against the defaults, and what is lost in views from places without a camera of the stream.
 
 The sets are the clip of the paper's shape (hulls, 7 cameras at 480x270), the same scene with exact meshes by the rig small, and the first two seconds of the demo's
 game (13 cameras, scale 0.75, flat tiles). The truth is filmed by fvvsynth --rig arc, as in the charts: PSNR inside silhouettes, of
@@ -61,7 +61,7 @@ def measure(clip_arguments):
     given = experiment.packed(
         long, "--quality", f"{found['picture_psnr']}dB", "--max-error", found["max_error"], *texturing
     )
-    # Meshes with more triangles take longer to encode, whoever chose them.
+    # Against the same options: finer meshes take longer to encode, however they were chosen.
     figures["spend.time_over_without"] = (chosen.seconds - given.seconds) / without.seconds
     print(
         f"{LONG} frames: {without.seconds:.1f} s, chosen {chosen.seconds:.1f} s, given {given.seconds:.1f} s"

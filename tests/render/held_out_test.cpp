@@ -1,4 +1,4 @@
-// The measure of what viewers see: known answers on a textured plane.
+// Held-out and half-way views of a textured plane, whose scores are known.
 #include "fvv_render/held_out.h"
 
 #include "fvv_catch.h"

@@ -114,8 +114,8 @@ struct Options {
   uint32_t codec = FVV_CODEC_AVC1;
   int bit_depth = 0; // 8, 10 or, of OpenEXR, 16; 0: the least that the codec has
   Quality quality = {true, 42, true};
-  // dB that views from between cameras may lose against the finest stream; decides about quality, max_error
-  // and the blending where they are not set. docs/encoding/view-loss.md
+  // dB that views from between cameras may lose against the defaults; decides about quality, max_error and
+  // the blending where they are not set. docs/encoding/view-loss.md
   std::optional<double> view_loss;
   uint64_t bit_rate = 0;        // of all video tracks, in place of quality; 0: none
   std::optional<TileSize> tile; // else scale holds
