@@ -314,18 +314,19 @@ public:
     next.decimation = candidate.decimation;
     next.loss = candidate.loss;
     const size_t i = first + size();
+    const geometry::Mesh &moved = base();
     const geometry::Mesh &mesh = candidate.body ? candidate.body->mesh : candidate.mesh;
-    const std::optional<std::vector<uint32_t>> there = same_connectivity(base(), mesh);
+    const std::optional<std::vector<uint32_t>> there = same_connectivity(moved, mesh);
     if (!there) return false;
-    const std::vector<double> positions = reordered(mesh, *there, base()).positions;
+    const std::vector<double> positions = reordered(mesh, *there, moved).positions;
     next.order = *there;
     next.lattice.resize(positions.size());
     const geometry::Lattice &lattice = plan.lattice.lattice;
     fvv_diagnostic diagnostic = {};
-    fvv::check(fvv_lattice_from_metres(lattice.origin, lattice.step, positions.data(), base().vertex_count(),
+    fvv::check(fvv_lattice_from_metres(lattice.origin, lattice.step, positions.data(), moved.vertex_count(),
                                        next.lattice.data(), &diagnostic),
                name_of(plan, i), diagnostic);
-    for (size_t v = 0; v < base().vertex_count(); v++) {
+    for (size_t v = 0; v < moved.vertex_count(); v++) {
       double metres[3];
       fvv_lattice_to_metres(lattice.origin, lattice.step, &next.lattice[3 * v], metres);
       for (size_t k = 0; k < 3; k++)

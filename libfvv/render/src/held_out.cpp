@@ -101,7 +101,7 @@ struct Truth {
 
   ViewScore score(const ViewPicture &picture, bool similarity) const {
     ViewScore out;
-    std::vector<double> a(size_t(width) * height, grey), b = a;
+    std::vector<double> a(similarity ? size_t(width) * height : 0, grey), b = a;
     for (const size_t at : compared) {
       const float *drawn = &picture.rgb[3 * at];
       const double *truth = &rgb[3 * at];
@@ -109,9 +109,11 @@ struct Truth {
         const double difference = double(drawn[k]) - truth[k];
         out.squares += difference * difference;
       }
-      a[at] = luma_of(drawn);
-      b[at] = luma_of(truth);
-      out.luma += (a[at] - b[at]) * (a[at] - b[at]);
+      const double luma = luma_of(drawn), true_luma = luma_of(truth);
+      out.luma += (luma - true_luma) * (luma - true_luma);
+      if (!similarity) continue;
+      a[at] = luma;
+      b[at] = true_luma;
     }
     out.pixels = compared.size();
     if (similarity) add_similarity(a, b, compared, width, height, out);

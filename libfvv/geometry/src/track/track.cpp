@@ -74,14 +74,20 @@ public:
 
   // With few faces, of which patches are made.
   const RunMesh &substitute() const {
-    if (!few) few = std::make_unique<RunMesh>(decimated(share));
+    if (!few) few = std::make_unique<RunMesh>(decimated(share).mesh);
     return *few;
   }
 
   // As it would be sent by itself.
   const geometry::Mesh &key() const {
-    if (!alone) alone = std::make_unique<geometry::Mesh>(decimated(1));
+    if (!alone) alone = std::make_unique<geometry::Mesh>(decimated(1).mesh);
     return *alone;
+  }
+
+  decimate::Decimated decimated(double part) const {
+    decimate::Budget budget = settings.budget;
+    budget.pixels *= part;
+    return decimate::decimate(mesh, footprint, budget, settings.target_error * part);
   }
 
   const geometry::Mesh mesh;
@@ -89,12 +95,6 @@ public:
   const size_t number;
 
 private:
-  geometry::Mesh decimated(double part) const {
-    decimate::Budget budget = settings.budget;
-    budget.pixels *= part;
-    return decimate::decimate(mesh, footprint, budget, settings.target_error * part).mesh;
-  }
-
   const decimate::Footprint footprint;
   const Settings &settings;
   const double share;
@@ -147,11 +147,8 @@ private:
     run.first = run.key = key;
     run.frames.emplace_back();
     if (!merits[key].sound) return run;
-    decimate::Budget tighter = settings.budget;
-    tighter.pixels *= part;
     const FrameSource source(frames, settings, key, part);
-    const decimate::Decimated decimated =
-        decimate::decimate(source.mesh, frames.footprint(key), tighter, settings.target_error * part);
+    const decimate::Decimated decimated = source.decimated(part);
     if (!merit_of(decimated.mesh).sound) return run;
     const Moving begin = moving(decimated.mesh, decimated.report.error.rms / part);
     std::vector<Frame> before = follow(begin, part, key, first, end, -1), after;

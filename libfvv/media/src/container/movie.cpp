@@ -56,7 +56,7 @@ std::string movie_file(const fvv_video_config &config, const fvv_rational &tick,
   for (const TimedSample &sample : samples) {
     const uint64_t since = uint64_t(sample.time) - uint64_t(samples.front().time);
     if (sample.time < samples.front().time || since > uint64_t(INT64_MAX))
-      throw Error("a film in MP4 cannot have a picture " + std::to_string(since) + " ticks after its first");
+      throw Error("a film in MP4 cannot have the times of this stream");
     muxer.write(*pictures, sample.bytes, int64_t(since), sample.duration, sample.key);
   }
   return muxer.finish();

@@ -45,7 +45,6 @@ public:
   DrawnFrames(const std::vector<HeldOutFrame> &frames, ViewOptions options);
 
   const ViewRenderer &operator[](size_t frame) const { return *renderers[frame]; }
-  size_t size() const { return renderers.size(); }
 
 private:
   std::vector<std::unique_ptr<const ViewRenderer>> renderers;
