@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fvv.help import Parser, Section
 
-from .choices import CALIBRATION_FORMATS, LENSES, UPS
+from .choices import CALIBRATION_FORMATS, LENSES, SYNCHRONISE, UPS
 
 EXAMPLES = [
     "fvvcapture videos --calibration room.json -o players.fvv",
@@ -71,7 +71,8 @@ def capture_parser(version: str) -> Parser:
     add("--exclude", metavar="A,B", default="", rare=True, help="names of cameras to leave out")
     add("--frames", metavar="A-B", help="of the frames that all cameras have; A-: to the end")
     add("--fps", metavar="RATE", help="pictures a second, for folders of pictures: 25 or 30000/1001")
-    add("--synchronise", choices=("sound", "flash", "motion"), help="find offsets that are not given")
+    add("--synchronise", choices=SYNCHRONISE, help="find offsets that are not given")
+    add("--accept-offsets", action="store_true", rare=True, help="go on where they are not certain")
     add("--offset", metavar="CAMERA=N", action="append", default=[],
         help="pictures by which a recording begins earlier than the others")  # fmt: skip
     add("--place", metavar="CAMERA=X,Y", action="append", default=[], rare=True,
@@ -79,7 +80,9 @@ def capture_parser(version: str) -> Parser:
     add("--units", metavar="UNIT", help="of the calibration, if its format does not say: millimetres")
     add("--up", choices=UPS, help="axis of the world that points up")
     add("--sound", metavar="CAMERA", rare=True, help="the recording whose sound is taken")
-    add("--name", metavar="NAME", default="", rare=True, help="of the scene")
+    add("--name", metavar="PATTERN", action="append", default=[], rare=True,
+        help="of recordings: '{camera}_take'; once for each that there is")  # fmt: skip
+    add("--title", metavar="TEXT", default="", rare=True, help="name of the scene")
     add = out.section("Keying (docs/tools/fvvcapture-keying.md)").add
     add("--key", choices=("auto", "chroma", "difference", "both"), default="auto",
         help="what tells the action from the background")  # fmt: skip
@@ -140,6 +143,9 @@ def calibrate_parser(version: str) -> Parser:
     add("--step", type=int, default=1, metavar="N", help="use every N-th frame")
     add("--offset", action="append", default=[], metavar="CAMERA=FRAMES",
         help="a camera that began earlier (positive) or later")  # fmt: skip
+    add("--synchronise", choices=SYNCHRONISE, help="find offsets that are not given")
+    add("--name", metavar="PATTERN", action="append", default=[], help="of recordings: '{camera}_board'")
+    add("--exclude", metavar="A,B", default="", help="names of cameras to leave out")
     add("--lens", choices=LENSES, default="auto", help="auto: radtan5, or radtan8 where that is better")
     add = out.section("World").add
     add("--up", choices=UPS, default="+y", help="axis of the world that points up")

@@ -8,3 +8,5 @@ UPS = ("+x", "-x", "+y", "-y", "+z", "-z")
 LENSES = ("auto", "radtan5", "radtan8", "fisheye")
 #: Of the calibration files that `write_calibration` writes.
 CALIBRATION_FORMATS = ("fvv", "opencv")
+#: Ways to find when recordings began.
+SYNCHRONISE = ("sound", "flash", "motion", "timecode")

@@ -136,7 +136,9 @@ def request_of(given: argparse.Namespace) -> Any:
         exclude=[name for name in given.exclude.split(",") if name],
         frames=None if given.frames is None else _frames(given.frames),
         places=places,
-        name=given.name,
+        name=given.title,
+        accept_offsets=given.accept_offsets,
+        recording_names=given.name,
         sound=given.sound,
         sheet=given.sheet,
         chart=given.chart,
@@ -160,24 +162,34 @@ def run(given: argparse.Namespace) -> int:
 
 def _calibrate(given: argparse.Namespace, path: str, show: Show) -> str:
     """Calibrates by films of a board, and returns the path of the calibration."""
+    from fvv.recordings import has_sound
+
     from .calibrate.boards import parse_board
     from .calibrate.calibration import Options, calibrate
     from .calibrate.files import write_calibration
-    from .calibrate.recordings import recordings_of
+    from .calibrate.recordings import in_step, recordings_of
 
     if given.board is None or given.square is None:
         raise UsageError("--walk: expected --board and --square")
     board = parse_board(given.board, given.square, given.marker, given.dictionary, False)
     options = Options(up=given.up or "+y", floor=given.on_floor)
-    found = calibrate(recordings_of(given.walk, {}), board, options, show)
-    for warning in found.warnings:
+    exclude = [name for name in given.exclude.split(",") if name]
+    recordings = recordings_of(given.walk, {}, given.name, exclude)
+    warnings: list[str] = []
+    # Films of a board often have no sound; they are in step then, or calibrate says which is not.
+    if given.synchronise is not None and (
+        given.synchronise != "sound" or all(has_sound(one.path) for one in recordings)
+    ):
+        recordings, warnings = in_step(recordings, given.synchronise, (), show)
+    found = calibrate(recordings, board, options, show)
+    for warning in [*warnings, *found.warnings]:
         print(f"fvvcapture: warning: {warning}", file=sys.stderr)
     write_calibration(path, found)
     return path
 
 
 def _make(given: argparse.Namespace, show: Show) -> int:
-    from .process import process
+    from .process import UncertainOffsets, process
     from .report import text
 
     request = request_of(given)
@@ -189,6 +201,9 @@ def _make(given: argparse.Namespace, show: Show) -> int:
             except ImportError as error:
                 raise UsageError(f"--dask: {error}") from error
         result = process(request, given.jobs or os.cpu_count() or 1, client, show)
+    except UncertainOffsets as error:
+        print(f"fvvcapture: {error}", file=sys.stderr)
+        return LOSS
     finally:
         show.clear()
         if client is not None:

@@ -17,7 +17,7 @@ from typing import Any, Callable
 
 import numpy
 from fvv import Camera, recordings
-from fvv.errors import Error, UsageError
+from fvv.errors import DamagedError, Error, UsageError
 from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
@@ -37,6 +37,10 @@ LEARN_PICTURES = 12
 BOUNDS_FRAMES = 7
 
 Progress = Callable[[str, int, int], object]
+
+
+class NothingInCommon(Error):
+    """The silhouettes have no volume in common."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,6 +80,7 @@ class FrameResult:
     seconds: dict[str, float]  #: Of "read", "key", "carve", "write".
     volume: float  #: Cubic metres that the mesh encloses.
     empty: bool  #: No mesh: nothing is inside the silhouettes.
+    size: tuple[float, float, float]  #: Of the mesh along x, y and z, metres.
 
 
 def open_footage(description: str) -> recordings.Footage:
@@ -149,13 +154,28 @@ def keys_of(
             keys.append(None)
             masks.append(numpy.where(mask >= 128, 255, 0).astype(numpy.uint8))
             continue
-        with _timed(clock, "read"):
-            picture = footage.picture(index, frame)
+        try:
+            with _timed(clock, "read"):
+                picture = footage.picture(index, frame)
+        except DamagedError as error:
+            name = camera.name or index
+            raise DamagedError(
+                f"{error}; --exclude {name} goes on without the camera, --frames without frame {frame}",
+                file=error.file,
+            ) from error
         with _timed(clock, "key"), named(f"camera {camera.name or index}", frame, is_file=False):
             key = _keyer(file).key(picture, None if work.bounds is None else _matte(camera, work.bounds))
         keys.append(key)
         masks.append(key.mask)
     return cameras, keys, masks
+
+
+def mask_of(work: Work, index: int, frame: int) -> NDArray[numpy.uint8]:
+    """One camera's mask at a frame, keyed or given."""
+    footage, file = _footage(work.description), work.keyers[index]
+    if file is None:
+        return numpy.where(footage.mask(index, frame) >= 128, 255, 0).astype(numpy.uint8)
+    return _keyer(file).key(footage.picture(index, frame), None).mask
 
 
 def _matte(
@@ -185,12 +205,19 @@ def find_bounds(work: Work, frame: int) -> tuple[list[float], list[float]] | Non
     """A task: the box around what the silhouettes of a frame have in common; None: nothing."""
     cv2.setNumThreads(1)
     cameras, _, masks = keys_of(work, frame)
+    return common_box(cameras, masks, work.options.hull, work.options.hull.missed)
+
+
+def common_box(
+    cameras: Sequence[Camera | None],
+    masks: Sequence[NDArray[numpy.uint8] | None],
+    options: hull.HullOptions,
+    missed: int,
+) -> tuple[list[float], list[float]] | None:
+    """The box around what all silhouettes but `missed` have in common; None: nothing."""
     there = [(c, m) for c, m in zip(cameras, masks) if c is not None]
-    options = work.options.hull
     try:
-        low, high = hull.bounds(
-            [c for c, _ in there], [m for _, m in there], options.missed, options.least_views
-        )
+        low, high = hull.bounds([c for c, _ in there], [m for _, m in there], missed, options.least_views)
     except Error:
         return None
     return [float(v) for v in low], [float(v) for v in high]
@@ -221,8 +248,12 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
         )
     with _timed(clock, "write"):
         for index, key in enumerate(keys):
-            if key is not None:
-                _write_png(os.path.join(work.folder, mask_name(names[index]), f"{frame:04d}.png"), key.mask)
+            if work.keyers[index] is None:
+                continue
+            mask = (
+                _empty(work, index) if key is None else key.mask
+            )  # a frame without a calibration has a file too
+            _write_png(os.path.join(work.folder, mask_name(names[index]), f"{frame:04d}.png"), mask)
         if not empty:
             write_ply(os.path.join(work.folder, "meshes", f"{frame:04d}.ply"), made.positions, made.indices)
             if work.options.keep_grids:
@@ -241,7 +272,13 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
         clock,
         enclosed_volume(made.positions, made.indices),
         empty,
+        (0.0, 0.0, 0.0) if empty else tuple(float(v) for v in numpy.ptp(made.positions, axis=0)),
     )
+
+
+def _empty(work: Work, index: int) -> NDArray[numpy.uint8]:
+    camera = _footage(work.description).cameras[index]
+    return numpy.zeros((camera.height, camera.width), numpy.uint8)
 
 
 def enclosed_volume(positions: NDArray[numpy.float64], indices: NDArray[numpy.uint32]) -> float:
@@ -319,7 +356,7 @@ def _no_progress(stage: str, done: int, count: int) -> None:
 
 
 def prepare(work: Work, numbers: Sequence[int], run: Executors, progress: Progress) -> Work:
-    """The same work with bounds. Raises `Error` when nothing is in all silhouettes at any of the frames looked at."""
+    """The same work with bounds. Raises `NothingInCommon` when nothing is in all silhouettes at any of the frames looked at."""
     if work.options.bounds is not None:
         return dataclasses.replace(work, bounds=work.options.bounds)
     sample = spread(numbers, BOUNDS_FRAMES)
@@ -329,7 +366,7 @@ def prepare(work: Work, numbers: Sequence[int], run: Executors, progress: Progre
         if box is not None:
             found.append(box)
     if not found:
-        raise Error(
+        raise NothingInCommon(
             f"the silhouettes of {len(sample)} frames have no volume in common: look at the preview (--sheet), and at the calibration"
         )
     low = numpy.min([low for low, _ in found], axis=0)

@@ -8,7 +8,7 @@ import os
 import tempfile
 import time
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -18,18 +18,21 @@ from fvv.errors import DamagedError, Error, LossWarning, UsageError
 from fvv.interop.optional_import import optional_import
 from fvv.outputs import FileOutput, FolderOutput, commit_all
 
-from . import footage, pipeline, synchronise
+from . import agreement, footage, pipeline, synchronise
 from .cameras import Calibration, read_calibration
 from .footage import Recording, Timeline
 from .keying import Key
-from .pipeline import Executors, FrameResult, Options, Progress, Work
+from .pipeline import Executors, FrameResult, NothingInCommon, Options, Progress, Work
 from .report import SILHOUETTE_WARNING, chart, describe_frames, leave_one_out, need_matplotlib
 from .sheet import draw
+from .synchronise import synchronised
 
 cv2: Any = optional_import("cv2", "capture")
 
 #: A key below this confidence is named in a warning.
 LOW_CONFIDENCE = 0.35
+#: Metres between which what people do is high: less than a child lies, or more than a player reaches with a jump, is another unit.
+HEIGHTS = 0.5, 3.6
 #: Frames of the preview sheet.
 SHEET_FRAMES = 4
 
@@ -48,6 +51,10 @@ class Request:
         default_factory=dict
     )  #: Pictures, by name of the recording.
     synchronise: synchronise.Method | None = None  #: How to find offsets of those that are not given.
+    accept_offsets: bool = False  #: Go on where offsets that were found are not certain.
+    recording_names: Sequence[
+        str
+    ] = ()  #: Of recordings, plates and masks, where it is not the camera's: "{camera}_take".
     units: str | None = None  #: Of the calibration, where its format does not say.
     up: str | None = None  #: "+y", ...: in place of what the calibration says.
     cameras: Sequence[str] = ()  #: Names; empty: all that have recordings.
@@ -64,6 +71,10 @@ class Request:
     options: Options = dataclasses.field(default_factory=Options)
     mux: Mapping[str, Any] = dataclasses.field(default_factory=dict)  #: Options of `fvv.mux` for a stream.
     force: bool = False
+
+
+class UncertainOffsets(Error):
+    """Offsets that were found are not certain; without outputs."""
 
 
 @dataclasses.dataclass
@@ -126,6 +137,12 @@ def process(
         with Executors(jobs, client) as run:
             shoot = _shoot(request, calibration, progress, notes)
             work, how = _work(request, shoot, target, run, progress)
+            doubts = _doubts(request, shoot, work, progress)
+            notes += agreement.sentences(doubts, shoot.names)
+            try:
+                work = pipeline.prepare(work, shoot.numbers, run, progress)
+            except NothingInCommon as error:
+                raise Error("; ".join([str(error), *notes])) from error
             if sheet is not None:
                 sheet.write(_sheet(work, shoot))
             results = pipeline.make(work, shoot.numbers, shoot.names, run, progress)
@@ -135,12 +152,23 @@ def process(
         text = _capture(request, calibration, shoot, results, final)
         _write(os.path.join(target, "capture.json"), text.encode())
         _warn(shoot, results, notes)
+        height = _height(results, request.up or calibration.up)
+        if calibration.unit_known and not HEIGHTS[0] <= height <= HEIGHTS[1]:
+            notes.append(
+                f"the action is {height:.3g} m high: if these are people, the calibration's unit is wrong, or the square of its board"
+            )
         report = describe_frames(results, shoot.names, how)
         report["offsets"] = {
-            name: {"pictures": shoot.line.offsets[name], **_found_offset(shoot.found.get(name))}
-            for name in shoot.line.offsets
+            name: {"pictures": offset, **_found_offset(shoot.found.get(name), name in shoot.line.clocks)}
+            for name, offset in shoot.line.offsets.items()
         }
         assert work.bounds is not None
+        report["height"] = height
+        report["doubts"] = [
+            {"camera": shoot.names[d.camera], "frame": n, "iou": d.iou, "gain": d.gain, "cause": d.cause}
+            for n, found in doubts.items()
+            for d in found
+        ]
         report["bounds"] = {"low": list(work.bounds[0]), "high": list(work.bounds[1])}
         if stream is not None:
             report["mux"] = _mux(
@@ -205,11 +233,11 @@ def _write(path: str, content: bytes) -> None:
 
 def _shoot(request: Request, calibration: Calibration, progress: Progress, notes: list[str]) -> _Shoot:
     progress("read recordings", 0, 1)
-    recordings = footage.find(request.recordings)
     names = [entry["name"] for entry in calibration.entries]
     for name in [*request.cameras, *request.exclude, *request.places]:
         if name not in names:
             raise UsageError(f"there is no camera {name} in the calibration: {', '.join(names)}")
+    recordings = footage.find(request.recordings, request.recording_names, request.exclude)
     matched, unused = footage.match_cameras(names, recordings)
     wanted = [
         i
@@ -235,22 +263,9 @@ def _shoot(request: Request, calibration: Calibration, progress: Progress, notes
                 f"{recording.size[0]} x {recording.size[1]}; if they are cut out of it, pass --place {entry['name']}=X,Y",
                 file=recording.path,
             )
-    masks = _given_masks(request.masks, chosen)
+    masks = _given_masks(request, chosen)
     rate = footage.common_rate(chosen, request.rate)
-    offsets = dict(request.offsets)
-    found: dict[str, synchronise.Offset] = {}
-    if request.synchronise is not None:
-        found = synchronised(chosen, request.synchronise, rate, progress)
-        for recording in chosen:
-            if recording.name not in offsets:
-                offsets[recording.name] = found[recording.name].seconds * float(rate)
-        weak = [name for name, o in found.items() if o.confidence < synchronise.TRUSTED]
-        if weak:
-            notes.append(
-                f"offsets by {request.synchronise} are not certain: "
-                + ", ".join(f"{name} {found[name].confidence:.2f}" for name in weak)
-            )
-    line = footage.timeline(chosen, rate, {k: v for k, v in offsets.items() if k in {r.name for r in chosen}})
+    line, found = _timeline(request, chosen, rate, progress, notes)
     numbers = list(range(line.first, line.first + line.count))
     if request.frames is not None:
         first = request.frames[0]
@@ -264,59 +279,63 @@ def _shoot(request: Request, calibration: Calibration, progress: Progress, notes
     return _Shoot(entries, [str(e["name"]) for e in entries], chosen, masks, line, numbers, found)
 
 
-def _given_masks(folder: str | None, recordings: Sequence[Recording]) -> dict[str, Recording]:
-    if folder is None:
+def _timeline(
+    request: Request, chosen: Sequence[Recording], rate: Fraction, progress: Progress, notes: list[str]
+) -> tuple[Timeline, dict[str, synchronise.Offset]]:
+    """By the offsets that were given, and by those that are found for the other recordings."""
+    names = {r.name for r in chosen}
+    offsets = {name: value for name, value in request.offsets.items() if name in names}
+    found: dict[str, synchronise.Offset] = {}
+    drifts: dict[str, float] = {}
+    if request.synchronise is not None:
+        # The clock of the sound that is sent is the take's.
+        order = sorted(chosen, key=lambda r: r.name != request.sound)
+        found = synchronised(order, request.synchronise, rate, progress)
+        weak = [n for n, o in found.items() if o.confidence < synchronise.TRUSTED and n not in offsets]
+        if weak:
+            note = f"offsets by {request.synchronise} are not certain: " + ", ".join(
+                f"{name} {found[name].confidence:.2f}" for name in weak
+            )
+            if not request.accept_offsets:
+                raise UncertainOffsets(
+                    f"{note}; nothing is written: pass --offset CAMERA=N for them, try another way to --synchronise, or "
+                    "--accept-offsets"
+                )
+            notes.append(note)
+        for name in names - set(offsets):
+            offsets[name] = found[name].seconds * float(rate)
+            drifts[name] = found[name].drift
+    line = footage.timeline(chosen, rate, offsets, drifts)
+    _warn_of_time(chosen, line, drifts, notes)
+    return line, found
+
+
+def _warn_of_time(
+    chosen: Sequence[Recording], line: Timeline, drifts: Mapping[str, float], notes: list[str]
+) -> None:
+    for name, end in line.ends.items():
+        last = line.first + line.count - 1
+        notes.append(f"{name} ends after frame {end - 1}: frames {end} to {last} are made without it")
+    for recording in chosen:
+        drift = drifts.get(recording.name, 0.0)
+        if recording.ticks is None and abs(drift) * line.count > 0.5:
+            notes.append(
+                f"{recording.name}: its clock drifts by {1e6 * drift:.0f} ppm, {abs(drift) * line.count:.1f} pictures over the take, which "
+                "pictures in a folder cannot follow: pass --frames for a part, or a video"
+            )
+
+
+def _given_masks(request: Request, recordings: Sequence[Recording]) -> dict[str, Recording]:
+    if request.masks is None:
         return {}
-    masks = footage.find(folder)
+    masks = footage.find(request.masks, request.recording_names)
     missing = [r.name for r in recordings if r.name not in masks]
     if missing:
         raise UsageError(
-            f"{folder}: expected masks of each camera, found none of {', '.join(missing)}", file=folder
+            f"{request.masks}: expected masks of each camera, found none of {', '.join(missing)}",
+            file=request.masks,
         )
     return masks
-
-
-def synchronised(
-    recordings: Sequence[Recording],
-    method: synchronise.Method,
-    rate: Fraction,
-    progress: Progress = lambda stage, done, count: None,
-) -> dict[str, synchronise.Offset]:
-    """Offsets of recordings, from all of their sound or pictures."""
-    by_name = {r.name: r for r in recordings}
-
-    def sound_of(name: str) -> str:
-        recording = by_name[name]
-        if recording.pattern is None:
-            return recording.path
-        for suffix in (".wav", ".flac", ".m4a", ".mp3", ".ogg", ".opus"):
-            if os.path.exists(recording.path + suffix):
-                return recording.path + suffix
-        raise UsageError(f"{recording.path}: expected a file of sound beside the folder, such as {name}.wav")
-
-    def pictures_of(name: str) -> Iterable[Any]:
-        recording = by_name[name]
-        line = Timeline(rate, {name: 0}, 0, recording.count)
-        camera = {
-            "id": 0,
-            "width": recording.size[0],
-            "height": recording.size[1],
-            "intrinsics": {"fx": 1000, "fy": 1000, "cx": recording.size[0] / 2, "cy": recording.size[1] / 2},
-            "rotation": numpy.eye(3).tolist(),
-            "translation": [0, 0, 0],
-            "pictures": footage.source(recording, line, 0),
-        }
-        reader = pipeline.open_footage(pipeline.without_meshes([camera], _head(rate, 0, recording.count)))
-        return (reader.picture(0, n) for n in range(recording.count))
-
-    return synchronise.measure(
-        method,
-        [r.name for r in recordings],
-        sound_of,
-        pictures_of,
-        float(rate),
-        progress=lambda done, count: progress("synchronise", done, count),
-    )
 
 
 def _head(rate: Fraction, first: int, count: int) -> dict[str, Any]:
@@ -335,7 +354,7 @@ def _entries(shoot: _Shoot, request: Request, relative_to: str | None = None) ->
     for entry, recording in zip(shoot.entries, shoot.recordings):
         place = request.places.get(entry["name"])
         made = {
-            **entry,
+            **_until(entry, shoot.line.ends.get(recording.name), shoot.numbers),
             "pictures": _placed(footage.source(recording, shoot.line, first, relative_to), place),
         }
         mask = shoot.masks.get(recording.name)
@@ -347,6 +366,15 @@ def _entries(shoot: _Shoot, request: Request, relative_to: str | None = None) ->
     return out
 
 
+def _until(entry: dict[str, Any], end: int | None, numbers: Sequence[int]) -> dict[str, Any]:
+    """A camera that has no pictures from a frame on: not calibrated from there."""
+    if end is None or end > numbers[-1]:
+        return entry
+    given = {one["frame"]: one for one in entry.get("per_frame", [])}
+    frames = [given.get(n, {"frame": n}) if n < end else {"frame": n, "calibrated": False} for n in numbers]
+    return {**entry, "per_frame": frames}
+
+
 def _placed(source: dict[str, Any] | str, place: tuple[int, int] | None) -> dict[str, Any] | str:
     if place is None:
         return source
@@ -356,7 +384,7 @@ def _placed(source: dict[str, Any] | str, place: tuple[int, int] | None) -> dict
 def _work(
     request: Request, shoot: _Shoot, target: str, run: Executors, progress: Progress
 ) -> tuple[Work, list[dict[str, Any] | None]]:
-    """With bounds; and how each camera is keyed."""
+    """Without bounds; and how each camera is keyed."""
     head = _head(shoot.line.rate, shoot.numbers[0], len(shoot.numbers))
     text = pipeline.without_meshes(_entries(shoot, request), head)
     problems, _ = pipeline.open_footage(text).check()
@@ -367,8 +395,41 @@ def _work(
     if not shoot.masks:
         keyers = [os.path.join(target, f"keyer-{i}") for i in range(len(shoot.recordings))]
         how = _learn(request, shoot, [k for k in keyers if k is not None], run, progress)
-    work = Work(text, target, tuple(keyers), request.options)
-    return pipeline.prepare(work, shoot.numbers, run, progress), how
+    return Work(text, target, tuple(keyers), request.options), how
+
+
+def _doubts(
+    request: Request, shoot: _Shoot, work: Work, progress: Progress
+) -> dict[int, list[agreement.Doubt]]:
+    """Cameras that do not agree with the others in the middle frame, by frame."""
+    frame = shoot.numbers[len(shoot.numbers) // 2]
+    progress("compare cameras", 0, 1)
+    cameras, _, masks = pipeline.keys_of(work, frame)
+    options = request.options.hull
+    box = request.options.bounds
+    # Cameras that look at something else leave nothing in common; the others do.
+    for missed in range(options.missed, 1 + len(cameras) // 3):
+        found = None if box is not None else pipeline.common_box(cameras, masks, options, missed)
+        if found is not None:
+            low, high = found
+            box = (low[0], low[1], low[2]), (high[0], high[1], high[2])
+    if box is None:
+        return {}
+    line = shoot.line
+    whole = dataclasses.replace(work, description=_description(request, shoot, line.first, line.count))
+
+    def later(index: int, by: int) -> Any:
+        if not line.first <= frame + by < line.first + line.count:
+            return None
+        return pipeline.mask_of(whole, index, frame + by)
+
+    return {frame: agreement.find(cameras, masks, box, options, shoot.names, later)}
+
+
+def _description(request: Request, shoot: _Shoot, first: int, count: int) -> str:
+    """capture.json without meshes, of other frames than the ones wanted."""
+    other = dataclasses.replace(shoot, numbers=list(range(first, first + count)))
+    return pipeline.without_meshes(_entries(other, request), _head(shoot.line.rate, first, count))
 
 
 def _learn(
@@ -380,9 +441,7 @@ def _learn(
 ) -> list[dict[str, Any] | None]:
     """Backgrounds and colours, from all that was filmed and not from the frames that are wanted alone: the longer, the less of the
     action stays in the background."""
-    line = shoot.line
-    long = dataclasses.replace(shoot, numbers=list(range(line.first, line.first + line.count)))
-    text = pipeline.without_meshes(_entries(long, request), _head(line.rate, line.first, line.count))
+    text = _description(request, shoot, shoot.line.first, shoot.line.count)
     empty = _empty_stage(request, shoot) if request.plates is not None else [None] * len(paths)
     calls = [(text, i, path, request.options.key, stage) for i, (path, stage) in enumerate(zip(paths, empty))]
     found: list[dict[str, Any] | None] = []
@@ -395,7 +454,7 @@ def _learn(
 def _empty_stage(request: Request, shoot: _Shoot) -> list[str]:
     """For each camera the description of its pictures of the empty stage."""
     assert request.plates is not None
-    plates = footage.find(request.plates)
+    plates = footage.find(request.plates, request.recording_names, request.exclude)
     out = []
     for entry, recording in zip(shoot.entries, shoot.recordings):
         plate = plates.get(recording.name)
@@ -466,16 +525,23 @@ def _capture(
         if request.sound not in by_name:
             raise UsageError(f"sound of {request.sound}: expected one of {', '.join(by_name)}")
         recording = by_name[request.sound]
-        start = Fraction(shoot.numbers[0] + shoot.line.offsets[recording.name]) / shoot.line.rate
+        start = Fraction(shoot.line.picture(recording.name, shoot.numbers[0])) / shoot.line.rate
         path = recording.path if base is None else os.path.relpath(recording.path, base)
         out["audio"] = [{"file": path, "offset": f"{start.numerator}/{start.denominator}"}]
     return json.dumps(out, indent=1) + "\n"
 
 
-def _found_offset(found: synchronise.Offset | None) -> dict[str, Any]:
+def _found_offset(found: synchronise.Offset | None, has_clock: bool) -> dict[str, Any]:
     if found is None:
         return {}
-    return {"seconds": found.seconds, "confidence": found.confidence, "residual": found.residual}
+    out = {"seconds": found.seconds, "confidence": found.confidence, "residual": found.residual}
+    return {**out, "drift_ppm": 1e6 * found.drift} if has_clock else out
+
+
+def _height(results: Sequence[FrameResult], up: str) -> float:
+    """Metres along the axis that points up, the median of all frames with a mesh."""
+    axis = "xyz".index(up[1])
+    return float(numpy.median([result.size[axis] for result in results if not result.empty]))
 
 
 def _warn(shoot: _Shoot, results: Sequence[FrameResult], notes: list[str]) -> None:

@@ -177,7 +177,7 @@ def text(report: dict[str, Any]) -> str:
     vertices = numpy.mean([f["vertices"] for f in frames])
     size = [high - low for low, high in zip(report["bounds"]["low"], report["bounds"]["high"])]
     lines.append(
-        f"{count} frames, {vertices:.0f} vertices each, in {size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} m; IoU "
+        f"{count} frames, {vertices:.0f} vertices each, in {size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} m, {report['height']:.2f} m high; IoU "
         f"{number(report['iou_mean'], '.3f')}, least {number(report['iou_min'], '.3f')}; flicker "
         + ("-" if report["flicker"] is None else f"{100 * report['flicker']:.2f} % of the volume")
     )

@@ -134,6 +134,12 @@ std::string Demuxer::no_such_file() const {
   return std::string(": is no ") + (kind_ == video ? "video" : "sound") + " file, or is cut or damaged";
 }
 
+std::string Demuxer::tag(const char *name) const {
+  for (const AVDictionary *tags : {stream_->metadata, context_->metadata})
+    if (const AVDictionaryEntry *entry = av_dict_get(tags, name, nullptr, 0)) return entry->value;
+  return {};
+}
+
 std::optional<int64_t> Demuxer::first_picture() const {
   for (unsigned i = 0; i < context_->nb_streams; i++) {
     const AVStream &stream = *context_->streams[i];

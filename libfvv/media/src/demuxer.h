@@ -25,6 +25,8 @@ public:
   Demuxer(const Demuxer &) = delete;
 
   const AVStream &stream() const { return *stream_; }
+  // Of the stream, or else of the file; empty: there is none.
+  std::string tag(const char *name) const;
   // Time of the first picture of the file's first video, in the time base of stream().
   std::optional<int64_t> first_picture() const;
   // The next packet of the stream that is not empty; false at the end of the file. Error for a truncated or

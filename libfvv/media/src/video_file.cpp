@@ -103,6 +103,7 @@ bool is_hidden(const AVStream &stream, const AVPacket &packet) {
 VideoIndex make_index(Demuxer &demuxer, const std::string &path) {
   VideoIndex index;
   index.info = info_of(demuxer.stream(), path);
+  index.info.timecode = demuxer.tag("timecode");
   const Packet packet = make_packet();
   while (demuxer.read(packet.get())) {
     const std::string number = "packet " + std::to_string(index.packets.size());

@@ -112,7 +112,7 @@ void check_video(const Capture &capture, const Camera *camera, const std::string
         (rotate ? ", turned by " + std::to_string(rotate) + " degrees" : "") + ", the camera is " +
         std::to_string(camera->calibration.width) + " x " + std::to_string(camera->calibration.height) +
         size_advice(facts.width, facts.height, camera->calibration.width, camera->calibration.height));
-  VideoReport report = match_video(capture, *source.video, facts.times);
+  VideoReport report = match_video(capture, *source.video, facts.times, camera);
   if (camera) report.camera = camera->calibration.id;
   report.masks = kind == "masks";
   report_times(subject, report, findings);

@@ -83,12 +83,27 @@ int read_rotation(const JsonValue &value) {
   return int(degrees);
 }
 
+// A quartz is right to 0.0001; what is beyond a hundredth is another frame rate, not a clock.
+fvv_rational read_clock(const JsonValue &value) {
+  const std::optional<fvv_rational> clock = value.is_integer()
+                                                ? fvv_rational{uint32_t(value.integer(0, UINT32_MAX)), 1}
+                                                : parse_rational(value.is_text() ? value.text() : "");
+  const auto hundred = [](uint32_t number) { return uint64_t(100) * number; };
+  if (!clock || !clock->numerator || hundred(clock->numerator) < uint64_t(99) * clock->denominator ||
+      hundred(clock->numerator) > uint64_t(101) * clock->denominator)
+    value.fail(
+        "expected 1 or a fraction from 99/100 to 101/100 as text, such as \"1000145/1000000\", found " +
+        value.found());
+  return *clock;
+}
+
 VideoSource read_video(const JsonValue &value, const Frames &frames) {
-  value.allow_keys({"video", "stream", "start", "rotate", "place"});
+  value.allow_keys({"video", "stream", "start", "clock", "rotate", "place"});
   VideoSource video;
   video.file = read_file_name(value.at("video"));
   video.stream = read_stream(value);
   if (const auto start = value.find("start")) video.start = read_seconds(*start);
+  if (const auto clock = value.find("clock")) video.clock = read_clock(*clock);
   video.first = frames.first;
   return video;
 }
@@ -137,6 +152,9 @@ std::string format_picture_source(const PictureSource &source, std::string (*quo
     if (video.stream) out += ", \"stream\": " + std::to_string(*video.stream);
     out += ", \"start\": \"" + std::to_string(video.start.numerator) + "/" +
            std::to_string(video.start.denominator) + "\"";
+    if (video.clock.numerator != video.clock.denominator)
+      out += ", \"clock\": \"" + std::to_string(video.clock.numerator) + "/" +
+             std::to_string(video.clock.denominator) + "\"";
   }
   if (offset) out += ", \"offset\": " + std::to_string(offset);
   if (source.rotate) out += ", \"rotate\": " + std::to_string(*source.rotate);

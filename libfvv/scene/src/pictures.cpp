@@ -33,7 +33,7 @@ struct Video {
 };
 
 VideoFacts facts_of(const media::VideoInfo &info) {
-  return {info.width, info.height, info.rotation, {info.tick, info.times}, info.warnings};
+  return {info.width, info.height, info.rotation, {info.tick, info.times}, info.warnings, info.timecode};
 }
 
 // A reader lent to one thread, given back at the end.

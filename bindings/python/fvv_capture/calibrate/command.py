@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 import json
 import os
 import sys
@@ -17,7 +18,7 @@ from .boards import parse_board
 from .calibration import Calibration, Options, Progress, calibrate
 from .files import calibration_output, from_description, read_calibration
 from .moving import track
-from .recordings import recordings_of
+from .recordings import in_step, recordings_of
 from .report import pictures_output, report
 
 
@@ -38,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.take is not None:
             found = track(
                 found,
-                recordings_of(arguments.take, _offsets(arguments.offset)),
+                recordings_of(arguments.take, _offsets(arguments.offset), arguments.name),
                 arguments.moving,
                 tripod=arguments.tripod,
                 zoom=arguments.zoom,
@@ -90,7 +91,14 @@ def _calibrated(
     board = parse_board(
         arguments.board, arguments.square, arguments.marker, arguments.dictionary, arguments.legacy
     )
-    return calibrate(recordings_of(arguments.videos, _offsets(arguments.offset)), board, options, progress)
+    exclude = [name for name in arguments.exclude.split(",") if name]
+    offsets = _offsets(arguments.offset)
+    recordings = recordings_of(arguments.videos, offsets, arguments.name, exclude)
+    warnings: list[str] = []
+    if arguments.synchronise is not None:
+        recordings, warnings = in_step(recordings, arguments.synchronise, offsets, progress)
+    found = calibrate(recordings, board, options, progress)
+    return dataclasses.replace(found, warnings=(*warnings, *found.warnings))
 
 
 def _frames(text: str | None) -> tuple[int, int | None]:

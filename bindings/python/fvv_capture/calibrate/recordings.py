@@ -1,21 +1,27 @@
-"""The pictures of a board walk: a video or a folder of pictures for each camera, by frame number."""
+"""The pictures of a board walk: a video or a folder of pictures for each camera, by frame number.
+
+Videos go by time, as those of a take (`footage.pictures`), so that pictures that a camera dropped shift nothing. Folders have a
+picture for each frame, in the order of their names; they may be of kinds that a take cannot have.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from fractions import Fraction
 
 import numpy
 from fvv.errors import Error, UsageError
 from numpy.typing import NDArray
 
+from .. import footage
 from ..opencv import cv2, named
+from ..synchronise import TRUSTED, Method, synchronised
 
 Bytes = NDArray[numpy.uint8]
-
-PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
-VIDEOS = (".mp4", ".mov", ".mkv", ".avi", ".webm", ".m4v", ".mts", ".ts", ".mxf", ".ivf")
+Progress = Callable[[str, int, int], object]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,6 +31,7 @@ class Recording:
     name: str
     path: str  #: A video, or a folder of pictures in the order of their names.
     offset: int = 0  #: Added to a frame's number for the number of its picture.
+    rate: Fraction | None = None  #: Frames a second; None: those of the video.
 
     def frames(self, first: int = 0, step: int = 1, last: int | None = None) -> Iterator[tuple[int, Bytes]]:
         """Frame numbers and grey pictures, (height, width), of frames first, first + step, ... up to last. Frames that the
@@ -40,52 +47,31 @@ class Recording:
                 continue
             path = os.path.join(self.path, name)
             with named(path, frame):  # one that has too many pixels for OpenCV
-                grey = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
+                # Nothing in a capture goes by Exif.
+                grey = cv2.imread(path, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION)
             if grey is None:
                 raise Error(f"{path}: frame {frame}: is no picture that can be read", file=path)
             yield frame, grey
 
     def _video(self, first: int, step: int, last: int | None) -> Iterator[tuple[int, Bytes]]:
-        video = cv2.VideoCapture(self.path)
-        try:
-            if not video.isOpened():
-                raise Error(f"{self.path}: is no video that can be read", file=self.path)
-            index = -1
-            while True:
-                # Decoded one by one: seeking by number is not exact in all containers.
-                if not video.grab():
-                    break
-                index += 1
-                frame = index - self.offset
-                if last is not None and frame > last:
-                    return
-                if frame < first or (frame - first) % step:
-                    continue
-                with named(self.path, frame):
-                    good, picture = video.retrieve()
-                    if not good:
-                        raise Error(f"{self.path}: frame {frame}: cannot be decoded", file=self.path)
-                    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-                yield frame, grey
-            if index < 0:
-                raise Error(f"{self.path}: has no picture that can be decoded", file=self.path)
-        finally:
-            video.release()
+        rate = self.rate or self._film.rate() or Fraction(1)
+        for frame, picture in footage.pictures(self._film, rate, self.offset, first, step, last):
+            with named(self.path, frame):
+                grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+            yield frame, grey
+
+    @functools.cached_property
+    def _film(self) -> footage.Recording:
+        return footage.video(self.path, self.name)
 
     def count(self) -> int:
-        """Pictures that it has, or that a video says it has."""
-        if os.path.isdir(self.path):
-            return len(pictures_of(self.path))
-        video = cv2.VideoCapture(self.path)
-        try:
-            return max(0, int(video.get(cv2.CAP_PROP_FRAME_COUNT)))
-        finally:
-            video.release()
+        """Pictures that it has."""
+        return len(pictures_of(self.path)) if os.path.isdir(self.path) else self._film.count
 
 
 def pictures_of(folder: str) -> list[str]:
     """Names of the pictures in a folder: by the last number in their names where all have one, else by name."""
-    names = [name for name in os.listdir(folder) if name.lower().endswith(PICTURES)]
+    names = [name for name in os.listdir(folder) if name.lower().endswith(footage.BOARD_STILLS)]
 
     def order(name: str) -> tuple[int, str]:
         digits = "".join(one if one.isdigit() else " " for one in os.path.splitext(name)[0]).split()
@@ -94,39 +80,52 @@ def pictures_of(folder: str) -> list[str]:
     return sorted(names, key=order)
 
 
-def recordings_of(folder: str, offsets: Mapping[str, int] | None = None) -> list[Recording]:
-    """The recordings in a folder, by name: a video or a folder of pictures for each camera. offsets: frames by camera.
-    `UsageError` if there is nothing to read, two recordings have one name, or an offset is of no camera."""
+def recordings_of(
+    folder: str,
+    offsets: Mapping[str, int] | None = None,
+    names: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+) -> list[Recording]:
+    """The recordings in a folder, by camera: see `footage.entries`. offsets: frames by camera. `UsageError` if there is nothing to
+    read, two recordings are of one camera, videos differ in their rates, or an offset is of no camera."""
     if not os.path.isdir(folder):
         raise UsageError(
             f"{folder}: expected a folder with a video or a folder of pictures for each camera", file=folder
         )
-    found: dict[str, str] = {}
-    for name in sorted(os.listdir(folder)):
-        path = os.path.join(folder, name)
-        stem, extension = os.path.splitext(name)
-        if name.startswith("."):
-            continue
-        if os.path.isdir(path):
-            stem = name
-            if not pictures_of(path):
-                continue
-        elif extension.lower() not in VIDEOS:
-            continue
-        if stem in found:
-            raise UsageError(
-                f"{folder}: camera {stem}: expected one recording, found {os.path.basename(found[stem])} and {name}",
-                file=folder,
-            )
-        found[stem] = path
-    if not found:
-        raise UsageError(
-            f"{folder}: expected a video or a folder of pictures for each camera, found none", file=folder
-        )
+    found = footage.entries(folder, names, exclude)
     offsets = offsets or {}
-    for name in offsets:
-        if name not in found:
+    for camera in offsets:
+        if camera not in found:
             raise UsageError(
-                f"offset {name}: expected one of {', '.join(found)}, found no such camera", file=folder
+                f"offset {camera}: expected one of {', '.join(found)}, found no such camera", file=folder
             )
-    return [Recording(name, path, offsets.get(name, 0)) for name, path in found.items()]
+    films = [footage.video(path, camera) for camera, path in found.items() if not os.path.isdir(path)]
+    rate = footage.common_rate(films) if any(film.count > 1 for film in films) else None
+    return [Recording(camera, path, offsets.get(camera, 0), rate) for camera, path in found.items()]
+
+
+def in_step(
+    recordings: Sequence[Recording],
+    method: Method,
+    given: Collection[str] = (),
+    progress: Progress | None = None,
+) -> tuple[list[Recording], list[str]]:
+    """The same recordings with offsets that are found for those that are not in `given`, and warnings. Folders of pictures have no
+    time. `UsageError`: there is one."""
+    folders = [one.name for one in recordings if os.path.isdir(one.path)]
+    if folders:
+        raise UsageError(f"expected videos to synchronise, found pictures of {', '.join(folders)}")
+    films = [footage.video(one.path, one.name) for one in recordings]
+    rate = footage.common_rate(films)
+    found = synchronised(films, method, rate, progress or (lambda stage, done, count: None))
+    warnings = [
+        f"camera {name}: its offset by {method} is not certain ({one.confidence:.2f}): pass one"
+        for name, one in found.items()
+        if one.confidence < TRUSTED and name not in given
+    ]
+    return [
+        one
+        if one.name in given
+        else dataclasses.replace(one, offset=round(found[one.name].seconds * float(rate)))
+        for one in recordings
+    ], warnings

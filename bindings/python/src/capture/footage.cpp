@@ -98,6 +98,7 @@ py::dict video_facts(const std::string &path) {
   std::vector<int64_t> ticks = facts.times.times;
   out["ticks"] = owning(std::move(ticks), {count});
   out["warnings"] = facts.warnings;
+  out["timecode"] = facts.timecode;
   return out;
 }
 

@@ -96,8 +96,10 @@ def test_a_folder_without_recordings_is_refused(tmp_path):
     with pytest.raises(UsageError, match="found none"):
         footage.find(tmp_path)
     (tmp_path / "cam.mp4").write_bytes(b"no video at all")
-    with pytest.raises(DamagedError, match="cam.mp4"):
+    with pytest.raises(DamagedError, match=r"cam.mp4: .*--exclude cam"):
         footage.find(tmp_path)
+    film(tmp_path / "b.mp4", 3)
+    assert list(footage.find(tmp_path, exclude=["cam"])) == ["b"]
 
 
 def test_a_camera_has_one_recording(tmp_path):
@@ -127,6 +129,11 @@ def test_rates_that_differ_are_refused_with_their_names(tmp_path):
     found = footage.find(tmp_path)
     with pytest.raises(UsageError, match="a 25, b 30"):
         footage.common_rate(list(found.values()))
+    film(tmp_path / "b.mp4", 24, 50)
+    film(tmp_path / "c.mp4", 12, Fraction(25000, 1001))
+    found = footage.find(tmp_path)
+    assert footage.common_rate([found["b"], found["a"]]) == 25
+    assert footage.common_rate([found["a"], found["c"]]) == 25
     stills(tmp_path / "more/c", range(3))
     pictures = footage.find(tmp_path / "more")
     with pytest.raises(UsageError, match="--fps"):
@@ -185,3 +192,78 @@ def test_cameras_match_recordings_without_case_and_extension(tmp_path):
     assert unused == ["other"]
     with pytest.raises(UsageError, match="names of the calibration"):
         footage.match_cameras(["x"], found)
+
+
+def test_names_of_recordings_may_say_more_than_the_camera(tmp_path):
+    film(tmp_path / "left_take.mp4", 3)
+    film(tmp_path / "right_TAKE.mp4", 3)
+    stills(tmp_path / "top", range(2))
+    assert list(footage.find(tmp_path, ["{camera}_take", "{camera}_board"])) == ["left", "right", "top"]
+    for pattern in ("take", "{camera}{camera}"):
+        with pytest.raises(UsageError, match="expected {camera} once"):
+            footage.find(tmp_path, [pattern])
+    film(tmp_path / "left.mp4", 3)
+    with pytest.raises(UsageError, match="one recording of each camera"):
+        footage.find(tmp_path, ["{camera}_take"])
+
+
+def test_twice_the_rate_gives_every_second_picture(tmp_path):
+    film(tmp_path / "a.mp4", 12, 25)
+    film(tmp_path / "b.mp4", 24, 50)
+    found = footage.find(tmp_path)
+    line = footage.timeline(list(found.values()), Fraction(25), {"b": 1})
+    # The last picture is half a frame before frame 12 of its own.
+    assert (line.first, line.count) == (0, 12)
+    shown = reader(found["b"], line, 0, 12)
+    assert [round((int(shown.picture(0, n)[9, 9, 1]) - 20) / 7) for n in range(4)] == [2, 4, 6, 8]
+
+
+def test_pictures_that_were_dropped_are_left_out_of_a_board_walk(tmp_path):
+    """Those after them keep their frames."""
+    film(tmp_path / "cam.mp4", 12, missing=(4, 5))
+    recording = footage.find(tmp_path)["cam"]
+    found = {n: round((int(p[9, 9, 1]) - 20) / 7) for n, p in footage.pictures(recording, Fraction(25), 2)}
+    assert found == {0: 2, 1: 3, 4: 6, 5: 7, 6: 8, 7: 9, 8: 10, 9: 11}
+    late = [n for n, _ in footage.pictures(recording, Fraction(25), -3, step=2, last=9)]
+    assert late == [4, 6]
+    again = [n for n, _ in footage.pictures(recording, Fraction(25), repeat=True)]
+    assert again == list(range(12))
+
+
+def test_a_film_that_ends_early_does_not_end_the_take(tmp_path):
+    for name, count in (("a", 20), ("b", 20), ("c", 19), ("d", 8)):
+        film(tmp_path / f"{name}.mp4", count)
+    found = list(footage.find(tmp_path).values())
+    line = footage.timeline(found, Fraction(25), {})
+    assert (line.count, line.ends) == (19, {"d": 8})
+    # Of three, two would be left.
+    assert footage.timeline(found[1:], Fraction(25), {}).count == 8
+
+
+def test_a_clock_that_drifts_is_followed_by_the_reader(tmp_path):
+    """A hundredth, which no quartz does, so that it shows in 33 pictures."""
+    film(tmp_path / "a.mp4", 34)
+    film(tmp_path / "b.mp4", 34)
+    found = footage.find(tmp_path)
+    line = footage.timeline(list(found.values()), Fraction(25), {"b": 1.3}, {"b": 0.01})
+    assert line.offsets == {"a": 0, "b": 1}
+    # 20 (1.01) + 1.3 = 21.5
+    assert [line.picture("b", n) - n for n in (0, 19, 20, 30)] == [1, 1, 2, 2]
+    made = footage.source(found["b"], line, 0)
+    assert made["clock"] == "101/100"
+    shown = reader(found["b"], line, 0, line.count)
+    for n in range(0, line.count, 3):
+        assert round((int(shown.picture(0, n)[9, 9, 1]) - 20) / 7) == line.picture("b", n)
+    assert shown.check()[1] == []
+
+
+@pytest.mark.parametrize("clock", ["98/100", "102/100", "1/0", "x", 2, 1.0])
+def test_clocks_that_no_camera_has_are_refused(tmp_path, clock):
+    film(tmp_path / "a.mp4", 3)
+    found = footage.find(tmp_path)["a"]
+    camera = {**footage.camera_of(found), "pictures": {"video": str(tmp_path / "a.mp4"), "clock": clock}}
+    head = {"fvv_capture": 1, "frame_rate": 25, "frames": {"first": 0, "count": 3}, "units": "metres"}
+    with pytest.raises(
+        DamagedError, match="/cameras/0/pictures/clock: expected 1 or a fraction from 99/100 to 101/100"
+    ):
+        _core.Footage(json.dumps({**head, "cameras": [camera]}), "/capture.json")

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import unittest.mock
+import wave
 from fractions import Fraction
 
 import av
@@ -242,6 +243,61 @@ def test_videos_that_began_at_other_times(shoot, tmp_path):
             assert there > agreement(found, shoot / "masks" / mask.format(5 + first))
             assert there > agreement(found, shoot / "masks" / mask.format(5 - first))
     tool("fvvmux", tmp_path / "out", "-o", tmp_path / "out.fvv", "--scale", 0.5, "--frames", "3-9")
+
+
+def test_a_film_that_ends_early_is_used_as_far_as_it_goes(shoot, tmp_path):
+    (tmp_path / "films").mkdir()
+    (tmp_path / "stage").mkdir()
+    for camera in range(CAMERAS):
+        count = 6 if camera == 4 else FRAMES
+        film(tmp_path / f"films/cam{camera}_take.mp4", shoot / f"recordings/cam{camera}", count, 0)
+        film(tmp_path / f"stage/cam{camera}.mp4", shoot / f"empty/cam{camera}", 4, 0)
+    done = run(tmp_path / "films", "--calibration", shoot / "room.json", "--cell", "25mm", "--plate", tmp_path / "stage", "--name",
+               "{camera}_take", "--frames", "3-8", "--mux", "scale=0.5", "--json", "-o", tmp_path / "out.fvv", code=3)  # fmt: skip
+    report = json.loads(done.stdout)
+    assert [f["number"] for f in report["frames"]] == list(range(3, 9))
+    assert report["warnings"] == ["cam4 ends after frame 5: frames 6 to 9 are made without it"]
+    assert [f["iou"][4] is None for f in report["frames"]] == [False] * 3 + [True] * 3
+    assert report["iou_mean"] > 0.85
+    with fvv.open(tmp_path / "out.fvv") as clip:
+        assert [len(frame.cameras) for frame in clip] == [CAMERAS] * 3 + [CAMERAS - 1] * 3
+
+
+def test_recordings_that_were_swapped_are_named(shoot, tmp_path):
+    """With masks, so that nothing else is in doubt."""
+    for kind in ("recordings", "masks"):
+        shutil.copytree(shoot / kind, tmp_path / kind)
+        (tmp_path / kind / "cam1").rename(tmp_path / kind / "cam")
+        (tmp_path / kind / "cam4").rename(tmp_path / kind / "cam1")
+        (tmp_path / kind / "cam").rename(tmp_path / kind / "cam4")
+    more = ["--cell", "25mm", "--masks", tmp_path / "masks", "--frames", "4-5", "-o", tmp_path / "out"]
+    done = run(tmp_path / "recordings", "--calibration", shoot / "room.json", "--fps", 25, *more, code=None)
+    assert done.returncode in (1, 3)
+    assert "cam1 does not agree" in done.stderr
+    assert "its recording is that of cam4" in done.stderr
+    assert "its recording is that of cam1" in done.stderr
+
+
+def test_offsets_that_are_not_certain_end_it_unless_they_are_accepted(shoot, tmp_path):
+    """Sound that has nothing in common: nothing is written, and that is no success."""
+    for camera in range(CAMERAS):
+        folder = tmp_path / f"recordings/cam{camera}"
+        shutil.copytree(shoot / f"recordings/cam{camera}", folder)
+        noise = numpy.random.default_rng(camera).normal(0, 3000, 16000).astype("<i2")
+        with wave.open(f"{folder}.wav", "wb") as file:
+            file.setnchannels(1)
+            file.setsampwidth(2)
+            file.setframerate(16000)
+            file.writeframes(noise.tobytes())
+    arguments = [tmp_path / "recordings", "--calibration", shoot / "room.json", "--fps", 25, "--masks", shoot / "masks",
+                 "--cell", "40mm", "--synchronise", "sound", "-o", tmp_path / "out"]  # fmt: skip
+    done = run(*arguments, code=3)
+    assert "offsets by sound are not certain" in done.stderr
+    assert "--accept-offsets" in done.stderr
+    assert sorted(os.listdir(tmp_path)) == ["recordings"]
+    # Those that are given need no sound.
+    offsets = [part for c in range(CAMERAS) for part in ("--offset", f"cam{c}=0")]
+    run(*arguments, *offsets)
 
 
 def agreement(mask, path):

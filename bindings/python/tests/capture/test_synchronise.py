@@ -1,6 +1,7 @@
 """Offsets between recordings, found from sound, flashes and motion."""
 
 import wave
+from fractions import Fraction
 
 import numpy
 import pytest
@@ -146,3 +147,59 @@ def test_pictures_of_other_sizes(method):
         return
     with pytest.raises(Error, match=r"^recording b: frame 3: OpenCV"):
         synchronise.motion_signal(pictures, 25.0, "recording b")
+
+
+ONSETS = 2000.0
+
+
+def onsets(seed, begins, seconds, drift=0.0):
+    """Of sound whose events, one in 0.8 s on average, all hear: by a recorder that begins at `begins` and whose clock gains."""
+    random = numpy.random.default_rng(7)
+    events = numpy.cumsum(random.exponential(0.8, 1200))
+    heights = random.uniform(1, 6, len(events))
+    out = 0.3 * numpy.maximum(numpy.random.default_rng(seed).standard_normal(int(seconds * ONSETS)), 0)
+    decay = numpy.exp(-numpy.arange(60) / 20)
+    for time, height in zip(events, heights):
+        n = round((time - begins) * (1 + drift) * ONSETS)
+        if 0 <= n < len(out) - len(decay):
+            out[n : n + len(decay)] += height * decay
+    return Signal(out.astype(numpy.float32), ONSETS)
+
+
+def test_recordings_may_begin_minutes_apart():
+    signals = {"a": onsets(1, 100, 60), "b": onsets(2, 3, 150), "c": onsets(3, 140.5, 30)}
+    found = synchronise.offsets(signals)
+    for name, seconds in (("b", 97.0), ("c", -40.5)):
+        assert abs(found[name].seconds - seconds) < 0.001
+        assert found[name].confidence > synchronise.TRUSTED
+        assert found[name].drift == 0
+
+
+def test_a_clock_that_drifts_is_followed():
+    """145 parts per million are 35 ms in four minutes; the offset alone is at the beginning."""
+    clocks = {"a": (5.0, 0.0), "b": (19.3, 145e-6), "c": (3.0, -60e-6)}
+    signals = {name: onsets(n, begins, 240, d) for n, (name, (begins, d)) in enumerate(clocks.items())}
+    found = synchronise.offsets(signals)
+    for name, (begins, drift) in clocks.items():
+        assert abs(found[name].drift - drift) < 5e-6
+        # Its own time when the reference begins, and four minutes later.
+        for t in (0.0, 240.0):
+            own = (5.0 + t - begins) * (1 + drift)
+            assert abs(t * (1 + found[name].drift) + found[name].seconds - own) < 0.002
+        assert found[name].confidence > synchronise.TRUSTED
+
+
+def test_timecode_gives_offsets():
+    codes = {"a": "10:00:00:05", "b": "09:59:58:00", "c": "10:00:00:05"}
+    found = synchronise.timecode_offsets(codes, Fraction(25))
+    assert [round(o.seconds, 9) for o in found.values()] == [0, 2.2, 0]
+    midnight = synchronise.timecode_offsets({"a": "23:59:59:00", "b": "00:00:01:00"}, Fraction(25))
+    assert midnight["b"].seconds == pytest.approx(-2)
+    # Drop frame: 18 numbers in ten minutes are left out, so that an hour is an hour.
+    ntsc = Fraction(30000, 1001)
+    assert synchronise.timecode_seconds("01:00:00;00", ntsc) == pytest.approx(3600, abs=0.005)
+    assert synchronise.timecode_seconds("00:01:00;02", ntsc) == pytest.approx(float(1800 / ntsc))
+    assert synchronise.timecode_seconds("01:00:00:00", ntsc) == pytest.approx(3603.6)
+    for text in ("", "10:00:00", "aa:00:00:00"):
+        with pytest.raises(UsageError, match="expected HH:MM:SS:FF"):
+            synchronise.timecode_seconds(text, ntsc)

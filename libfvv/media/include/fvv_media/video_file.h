@@ -23,6 +23,9 @@ struct VideoInfo {
   // Degrees clockwise that the container's display matrix turns pictures by: 0, 90, 180, 270; nothing when it
   // does anything else, such as mirroring. Orientation inside the bitstream is ignored.
   std::optional<int> rotation = 0;
+  // As the camera wrote it, "HH:MM:SS:FF", with ; before the last number where frames are dropped; empty:
+  // none.
+  std::string timecode;
   // The most bytes that a decoder takes: pictures that a codec keeps, in the stream's pixel format, and one
   // as RGB of 16 bits.
   uint64_t decoding_memory = 0;

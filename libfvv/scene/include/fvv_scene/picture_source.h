@@ -45,6 +45,8 @@ struct VideoSource {
   std::optional<uint32_t> stream; // index among all streams of the file; nothing: the first video
   Seconds start;                  // on the file's time line, of frame number first
   int64_t first = 0;
+  // Seconds of the file that a second of the capture takes: 1 unless the camera's clock was fast or slow.
+  fvv_rational clock{1, 1};
 };
 
 // Where stored pictures, once turned, are in the picture that the camera's calibration is about: their top
@@ -131,6 +133,7 @@ struct VideoFacts {
   std::optional<int> rotation; // degrees clockwise by the file; none: it has another transform
   PictureTimes times;
   std::vector<std::string> warnings; // warnings without the file's name: "is interlaced"
+  std::string timecode;              // of the first picture, as the camera wrote it; empty: none
 };
 
 // How the frames of a capture match the pictures of one video.
@@ -141,7 +144,8 @@ struct VideoReport {
   size_t pictures = 0;
   double rate = 0; // pictures per second on average; 0: there is only one
   bool constant_rate = true;
-  int64_t frames = 0, met = 0;                // met: those with a picture within half a frame duration
+  // Without those at which the camera is not calibrated and that have no picture; met: those with
+  int64_t frames = 0, met = 0;                // a picture within half a frame duration
   double largest_offset = 0, mean_offset = 0; // seconds from frame to picture over those; the largest by size
   std::vector<FrameRange> unmet;              // numbers of the others, which take the nearest picture
   std::string unmet_text;                     // "3, 17 to 27"

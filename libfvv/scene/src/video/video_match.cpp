@@ -36,7 +36,26 @@ Fraction ticks_at(const Seconds &start, const fvv_rational &duration, const fvv_
   return {numerator * tick.denominator * (scale / divisor), denominator / divisor * tick.numerator};
 }
 
+// The product where its numbers fit into 32 bits in lowest terms, else the last convergent of its continued
+// fraction that does. A duration at an end of its range is left as it is.
+fvv_rational product(const fvv_rational &a, const fvv_rational &b) {
+  uint64_t n = uint64_t(a.numerator) * b.numerator, d = uint64_t(a.denominator) * b.denominator;
+  wide before[2] = {0, 1}, found[2] = {1, 0};
+  while (d) {
+    const uint64_t whole = n / d;
+    const wide next[2] = {whole * found[0] + before[0], whole * found[1] + before[1]};
+    if (next[0] > UINT32_MAX || next[1] > UINT32_MAX) break;
+    for (size_t k = 0; k < 2; k++) before[k] = std::exchange(found[k], next[k]);
+    n = std::exchange(d, n % d);
+  }
+  return found[0] && found[1] ? fvv_rational{uint32_t(found[0]), uint32_t(found[1])} : a;
+}
+
 } // namespace
+
+FrameClock::FrameClock(const Capture &capture, const VideoSource &video)
+    : start(video.start), duration(product(capture.frame_duration, video.clock)), first(video.first),
+      step(capture.frames.step) {}
 
 size_t FrameClock::nearest(const PictureTimes &pictures, int64_t frame) const {
   const std::vector<int64_t> &times = pictures.times;
@@ -104,7 +123,8 @@ void describe_rate(const PictureTimes &pictures, VideoReport &report) {
 
 } // namespace
 
-VideoReport match_video(const Capture &capture, const VideoSource &video, const PictureTimes &pictures) {
+VideoReport match_video(const Capture &capture, const VideoSource &video, const PictureTimes &pictures,
+                        const Camera *camera) {
   VideoReport report;
   report.file = video.file;
   report.pictures = pictures.times.size();
@@ -125,7 +145,10 @@ VideoReport match_video(const Capture &capture, const VideoSource &video, const 
     if (!i) first = picture;
     last = picture;
     if (!clock.meets(pictures, picture, frame)) {
-      unmet.add(frame);
+      if (camera && !camera->is_calibrated(frame))
+        report.frames--;
+      else
+        unmet.add(frame);
       continue;
     }
     if (!report.met++) {
@@ -147,7 +170,9 @@ VideoReport match_video(const Capture &capture, const VideoSource &video, const 
   report.largest_offset = std::fabs(least) > std::fabs(most) ? least : most;
   const double frame = double(capture.frame_duration.numerator) / capture.frame_duration.denominator;
   // Of jitter a tenth of a frame is still "alike": rounded time stamps have it.
-  if (std::fabs(report.mean_offset) > 0.1 * frame && most - least < 0.1 * frame)
+  // Who gives a clock has measured the start as well.
+  const bool is_measured = video.clock.numerator != video.clock.denominator;
+  if (!is_measured && std::fabs(report.mean_offset) > 0.1 * frame && most - least < 0.1 * frame)
     report.better_start = clock.start_for(pictures, first_met, first_met_frame);
   return report;
 }

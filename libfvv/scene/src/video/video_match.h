@@ -7,11 +7,10 @@
 namespace fvv::scene {
 
 // The frames of a capture on the time line of a video: frame i (counted from 0 at VideoSource::first, at most
-// 10^7) is at start + i * duration.
+// 10^7) is at start + i * duration * clock.
 class FrameClock {
 public:
-  FrameClock(const Capture &capture, const VideoSource &video)
-      : start(video.start), duration(capture.frame_duration), first(video.first), step(capture.frames.step) {}
+  FrameClock(const Capture &capture, const VideoSource &video);
 
   // Index of the picture nearest to a frame number; of two that are equally near the earlier one.
   size_t nearest(const PictureTimes &pictures, int64_t frame) const;
@@ -25,11 +24,13 @@ public:
 
 private:
   const Seconds start;
-  const fvv_rational duration;
+  const fvv_rational duration; // of a frame, in seconds of the video
   const int64_t first, step;
 };
 
-// capture.frames are those that count.
-VideoReport match_video(const Capture &capture, const VideoSource &video, const PictureTimes &pictures);
+// capture.frames are those that count; of a camera, those at which it is calibrated need a picture of their
+// own.
+VideoReport match_video(const Capture &capture, const VideoSource &video, const PictureTimes &pictures,
+                        const Camera *camera);
 
 } // namespace fvv::scene
