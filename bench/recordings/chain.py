@@ -34,7 +34,7 @@ WORK = ROOT / "build/bench/chain"
 SHOOT = WORK / "shoot"
 FRAMES = 8, 15  #: First and last; the clap and its flash are before.
 DRAWN = range(8, 16)
-#: Cells that fvvmux need not thin out for long; one silhouette may miss, as clocks differ by up to half a frame after whole ones.
+#: Cells that fvvmux need not thin out for long.
 HULL = "--cell", "12mm", "--up", "+y", "--floor", "0", "--least-views", "4"
 HELD_OUT = 1000  #: A camera's id that no other has.
 UNSEEN = 128  #: Grey of what no camera shows, and of what is not covered.

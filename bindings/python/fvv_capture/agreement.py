@@ -29,6 +29,8 @@ Bounds = tuple[tuple[float, float, float], tuple[float, float, float]]
 CELLS = 96
 #: What the mean IoU of the others gains without a camera, beyond what it gains without any other one: that camera disagrees.
 GAIN = 0.025
+#: The same where nothing explains it: keys that are not exact gain less.
+UNEXPLAINED = 0.06
 #: What a change of its mask must gain in IoU with the others' hull to be named as the cause.
 CAUSE = 0.04
 #: Below this mean IoU two cameras that spoil each other's test, as swapped ones do, are looked for together.
@@ -112,7 +114,8 @@ def find(
     if body is None or not len(body.indices):
         return []
     doubted = [i for i, _ in out]
-    return [_explained(i, gain, doubted, cameras, masks, body, names, moment) for i, gain in out]
+    explained = [_explained(i, gain, doubted, cameras, masks, body, names, moment) for i, gain in out]
+    return [doubt for doubt in explained if doubt.cause or doubt.gain >= UNEXPLAINED]
 
 
 def _outstanding(sets: Sequence[list[int]], gains: Sequence[float]) -> tuple[list[int], float]:

@@ -205,7 +205,7 @@ def pictures(
     that is nearest to (i + offset) / rate. A frame that has no picture of its own, because the camera dropped it or had not
     begun, is left out: what moves must not be seen where it was before. repeat: it shows the picture before."""
     count = length(recording, rate)
-    line = Timeline(rate, {recording.name: offset}, 0, count)
+    line = Timeline(rate, {recording.name: offset}, 0, count, {recording.name: offset})
     camera = {**camera_of(recording), "pictures": source(recording, line, 0)}
     numbers = range(-offset, count - offset)
     head = {
@@ -292,6 +292,9 @@ class Timeline:
     offsets: dict[str, int]  #: Pictures, by name; of clocks that drift at the frame `first`.
     first: int  #: First frame.
     count: int  #: Frames from there on.
+    shifts: Mapping[str, float] = dataclasses.field(
+        default_factory=dict
+    )  #: `offsets` before they are rounded.
     clocks: Mapping[str, tuple[float, float]] = dataclasses.field(
         default_factory=dict
     )  #: (drift, shift in frames) of recordings whose clocks drift.
@@ -301,10 +304,12 @@ class Timeline:
 
     def picture(self, name: str, frame: int) -> int:
         """The number of the picture of a frame."""
-        if name not in self.clocks:
-            return frame + self.offsets[name]
-        drift, shift = self.clocks[name]
-        return math.floor(frame * (1 + drift) + shift + 0.5)
+        return math.floor(self.place(name, frame) + 0.5)
+
+    def place(self, name: str, frame: int) -> float:
+        """The same between pictures: 7.3 is at three tenths of the time from picture 7 to picture 8."""
+        drift, shift = self.clocks.get(name, (0.0, self.shifts[name]))
+        return frame * (1 + drift) + shift
 
 
 #: A recording that ends earlier than most, by this share of the frames that they have, ends alone: the take goes on without it.
@@ -340,7 +345,8 @@ def timeline(
     if end <= first or any(e <= first for e in short.values()):
         lengths = ", ".join(f"{r.name} {r.count} (offset {whole[r.name]})" for r in recordings)
         raise UsageError(f"the recordings have no frame in common: {lengths} pictures")
-    out = Timeline(rate, whole, first, end - first, clocks, short)
+    shifts = {r.name: float(offsets.get(r.name, 0.0)) for r in recordings}
+    out = Timeline(rate, whole, first, end - first, shifts, clocks, short)
     return dataclasses.replace(out, offsets={name: out.picture(name, first) - first for name in whole})
 
 

@@ -28,6 +28,8 @@ from .opencv import named
 
 cv2: Any = optional_import("cv2", "capture")
 
+#: A frame that is this part of a frame's duration away from its picture has no other silhouette than the picture's.
+_SIMULTANEOUS = 0.05
 #: Consecutive frames of a task: a video is read in order within it.
 BATCH = 4
 #: Pictures that a background, and the colours of the action, are learnt from.
@@ -64,6 +66,8 @@ class Work:
     keyers: tuple[str | None, ...]  #: A file of `learn_keyer` for each camera; None: its masks are given.
     options: Options
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+    #: For each camera how much later than its picture a frame is, in frames, -0.5 to 0.5; empty: not at all.
+    late: tuple[float, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -92,6 +96,32 @@ def open_footage(description: str) -> recordings.Footage:
 def _footage(description: str) -> recordings.Footage:
     """One of a process: it keeps videos open."""
     return open_footage(description)
+
+
+@functools.lru_cache(maxsize=64)
+def _key(
+    description: str,
+    index: int,
+    frame: int,
+    keyer: str,
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None,
+) -> Key:
+    """Frames that follow share those of moments between their pictures."""
+    footage = _footage(description)
+    camera = footage.camera(index, frame)
+    matte = None if bounds is None or camera is None else _matte(camera, bounds)
+    return _keyer(keyer).key(_picture(footage, index, frame), matte)
+
+
+def _picture(footage: recordings.Footage, index: int, frame: int) -> NDArray[numpy.uint8]:
+    try:
+        return footage.picture(index, frame)
+    except DamagedError as error:
+        name = footage.cameras[index].name or index
+        raise DamagedError(
+            f"{error}; --exclude {name} goes on without the camera, --frames without frame {frame}",
+            file=error.file,
+        ) from error
 
 
 @functools.lru_cache(maxsize=256)
@@ -150,32 +180,57 @@ def keys_of(
             continue
         if file is None:
             with _timed(clock, "read"):
-                mask = footage.mask(index, frame)
+                mask = mask_of(work, index, frame)
             keys.append(None)
-            masks.append(numpy.where(mask >= 128, 255, 0).astype(numpy.uint8))
+            masks.append(mask)
             continue
-        try:
-            with _timed(clock, "read"):
-                picture = footage.picture(index, frame)
-        except DamagedError as error:
-            name = camera.name or index
-            raise DamagedError(
-                f"{error}; --exclude {name} goes on without the camera, --frames without frame {frame}",
-                file=error.file,
-            ) from error
         with _timed(clock, "key"), named(f"camera {camera.name or index}", frame, is_file=False):
-            key = _keyer(file).key(picture, None if work.bounds is None else _matte(camera, work.bounds))
+            key = _key(work.description, index, frame, file, work.bounds)
         keys.append(key)
         masks.append(key.mask)
     return cameras, keys, masks
 
 
+def silhouettes(
+    work: Work, frame: int, cameras: Sequence[Camera | None], masks: Sequence[NDArray[numpy.uint8] | None]
+) -> list[NDArray[numpy.uint8] | None]:
+    """The masks at the time of the frame, between those of the picture that is nearest and of the next nearest one: where signed
+    distances from their outlines, weighted by time, are above 0 (shape-based interpolation: Raya and Udupa 1990)."""
+    frames = _footage(work.description).frames
+    out = list(masks)
+    for index, (camera, mask) in enumerate(zip(cameras, masks)):
+        part = work.late[index] if work.late else 0.0
+        other = frame + (1 if part > 0 else -1)
+        if (
+            mask is None
+            or camera is None
+            or abs(part) < _SIMULTANEOUS
+            or not frames[0] <= other <= frames[-1]
+        ):
+            continue
+        if _footage(work.description).camera(index, other) is None:
+            continue
+        next_mask = mask_of(work, index, other)
+        if mask.any() and next_mask.any():
+            between = (1 - abs(part)) * _depth(mask) + abs(part) * _depth(next_mask)
+            out[index] = numpy.where(between > 0, 255, 0).astype(numpy.uint8)
+    return out
+
+
+def _depth(mask: NDArray[numpy.uint8]) -> NDArray[numpy.float32]:
+    """Pixels from the outline, above 0 inside."""
+    inside = (mask > 0).astype(numpy.uint8)
+    size = cv2.DIST_MASK_5
+    depth: NDArray[numpy.float32] = cv2.distanceTransform(inside, cv2.DIST_L2, size)
+    return depth - cv2.distanceTransform(1 - inside, cv2.DIST_L2, size)
+
+
 def mask_of(work: Work, index: int, frame: int) -> NDArray[numpy.uint8]:
     """One camera's mask at a frame, keyed or given."""
-    footage, file = _footage(work.description), work.keyers[index]
+    file = work.keyers[index]
     if file is None:
-        return numpy.where(footage.mask(index, frame) >= 128, 255, 0).astype(numpy.uint8)
-    return _keyer(file).key(footage.picture(index, frame), None).mask
+        return numpy.where(_footage(work.description).mask(index, frame) >= 128, 255, 0).astype(numpy.uint8)
+    return _key(work.description, index, frame, file, work.bounds).mask
 
 
 def _matte(
@@ -239,7 +294,9 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
     cameras, keys, masks = keys_of(work, frame, clock)
     there = [i for i, camera in enumerate(cameras) if camera is not None]
     seeing = [camera for camera in cameras if camera is not None]
-    own = [masks[i] for i in there]
+    with _timed(clock, "key"):
+        outlines = silhouettes(work, frame, cameras, masks)
+    own = [outlines[i] for i in there]
     with _timed(clock, "carve"):
         made = hull.carve(seeing, own, work.bounds, work.options.hull)
         empty = len(made.indices) == 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 import tempfile
 import time
@@ -303,7 +304,11 @@ def _timeline(
                 )
             notes.append(note)
         for name in names - set(offsets):
-            offsets[name] = found[name].seconds * float(rate)
+            offset = found[name].seconds * float(rate)
+            # What pictures tell is right to half a picture, as a whole number is.
+            offsets[name] = (
+                offset if request.synchronise in ("sound", "timecode") else math.floor(offset + 0.5)
+            )
             drifts[name] = found[name].drift
     line = footage.timeline(chosen, rate, offsets, drifts)
     _warn_of_time(chosen, line, drifts, notes)
@@ -385,9 +390,8 @@ def _work(
     request: Request, shoot: _Shoot, target: str, run: Executors, progress: Progress
 ) -> tuple[Work, list[dict[str, Any] | None]]:
     """Without bounds; and how each camera is keyed."""
-    head = _head(shoot.line.rate, shoot.numbers[0], len(shoot.numbers))
-    text = pipeline.without_meshes(_entries(shoot, request), head)
-    problems, _ = pipeline.open_footage(text).check()
+    line, numbers = shoot.line, shoot.numbers
+    problems, _ = pipeline.open_footage(_description(request, shoot, numbers[0], len(numbers))).check()
     if problems:
         raise DamagedError("; ".join(problems[:4]))
     keyers: list[str | None] = [None] * len(shoot.recordings)
@@ -395,7 +399,11 @@ def _work(
     if not shoot.masks:
         keyers = [os.path.join(target, f"keyer-{i}") for i in range(len(shoot.recordings))]
         how = _learn(request, shoot, [k for k in keyers if k is not None], run, progress)
-    return Work(text, target, tuple(keyers), request.options), how
+    middle = numbers[len(numbers) // 2]
+    late = tuple(line.place(r.name, middle) - line.picture(r.name, middle) for r in shoot.recordings)
+    # Of all frames: moments at either end of the wanted ones lie between pictures too.
+    text = _description(request, shoot, line.first, line.count)
+    return Work(text, target, tuple(keyers), request.options, late=late), how
 
 
 def _doubts(
@@ -416,12 +424,11 @@ def _doubts(
     if box is None:
         return {}
     line = shoot.line
-    whole = dataclasses.replace(work, description=_description(request, shoot, line.first, line.count))
 
     def later(index: int, by: int) -> Any:
         if not line.first <= frame + by < line.first + line.count:
             return None
-        return pipeline.mask_of(whole, index, frame + by)
+        return pipeline.mask_of(work, index, frame + by)
 
     return {frame: agreement.find(cameras, masks, box, options, shoot.names, later)}
 
@@ -469,7 +476,7 @@ def _empty_stage(request: Request, shoot: _Shoot) -> list[str]:
                 file=plate.path,
             )
         count = min(plate.count, pipeline.PLATE_PICTURES)
-        line = Timeline(shoot.line.rate, {plate.name: 0}, 0, count)
+        line = Timeline(shoot.line.rate, {plate.name: 0}, 0, count, {plate.name: 0})
         shown = {k: v for k, v in entry.items() if k != "per_frame"}
         shown["pictures"] = _placed(footage.source(plate, line, 0), request.places.get(entry["name"]))
         out.append(pipeline.without_meshes([shown], _head(shoot.line.rate, 0, count)))
