@@ -231,6 +231,24 @@ TEST_CASE("outlines judge frames whose hulls flicker") {
   CHECK(tracked() < 4);
 }
 
+TEST_CASE("what outlines of a hull miss gets a patch") {
+  track::Settings settings = within(0.004);
+  settings.masks = [&](size_t i) { return masks_of(joining(i)); };
+  const auto tracked = [&] { return track::track(frames_of(5, joining), settings); };
+  const std::vector<track::Run> without = tracked();
+  REQUIRE(!without.empty());
+  CHECK(without[0].first + without[0].frames.size() == 3); // the bar comes
+  settings.patches = true;
+  const std::vector<track::Run> runs = tracked();
+  REQUIRE(runs.size() == 1);
+  REQUIRE(runs[0].frames.size() == 5);
+  CHECK(runs[0].key < 3);
+  for (size_t i = 0; i < 5; i++) CHECK(runs[0].frames[i].patch.has_value() == (i == 3));
+  const track::Patch &patch = *runs[0].frames[3].patch;
+  CHECK(open_edges(patch.next) == 0);
+  CHECK(area_of(patch.next) == Approx(area_of(joining(3))).epsilon(0.02));
+}
+
 TEST_CASE("hulls lie on the outlines of their masks, other surfaces do not") {
   const Mesh ball = shapes::sphere(0.4, 4);
   const std::vector<track::MaskView> masks = masks_of(ball);

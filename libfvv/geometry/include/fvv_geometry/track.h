@@ -23,7 +23,7 @@ struct Settings {
   // Of every frame of a run, rounding to the lattice included: rms over the surface, and no place further off
   // than decimate::max_over_rms times the budget. triangles is not used.
   decimate::Budget budget;
-  // Whether a frame that is further off may have a patch; otherwise it ends its run. Hulls have none.
+  // Whether a frame that is further off may have a patch; otherwise it ends its run.
   bool patches = false;
   // Of decimate::decimate(), for the budget.
   double target_error = 0;

@@ -10,8 +10,16 @@ constexpr double least_cosine = 0.342; // 70 degrees; a direction is at most 55 
 
 } // namespace
 
-FacingFinder::FacingFinder(const std::vector<render::TriangleTree::Triangle> &triangles) {
+FacingFinder::FacingFinder(const std::vector<render::TriangleTree::Triangle> &triangles,
+                           const FacingFinder *like) {
   std::array<std::vector<render::TriangleTree::Triangle>, 6> of_sides;
+  for (size_t side = 0; like && side < sides.size(); side++) {
+    sides[side].faces = like->sides[side].faces;
+    sides[side].numbers = like->sides[side].numbers;
+    for (const uint32_t f : sides[side].faces) of_sides[side].push_back(triangles[f]);
+    sides[side].finder.emplace(of_sides[side], &*like->sides[side].finder);
+  }
+  if (like) return;
   for (Side &side : sides) side.numbers.assign(triangles.size(), UINT32_MAX);
   for (size_t f = 0; f < triangles.size(); f++) {
     const auto &[a, b, c] = triangles[f];

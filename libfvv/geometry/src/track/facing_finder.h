@@ -11,7 +11,10 @@ namespace fvv::track {
 
 class FacingFinder {
 public:
-  explicit FacingFinder(const std::vector<render::TriangleTree::Triangle> &triangles);
+  // like: NULL, or a finder of the same triangles at other places, as ClosestFinder has it. Each triangle
+  // faces what it faced there.
+  explicit FacingFinder(const std::vector<render::TriangleTree::Triangle> &triangles,
+                        const FacingFinder *like = nullptr);
 
   // Of the triangles whose normals are less than 70 degrees from the axis that is nearest to a direction;
   // none where there are none. face: index in triangles. guess: as ClosestFinder has it, of the last result.

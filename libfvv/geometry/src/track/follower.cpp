@@ -15,12 +15,11 @@ struct Stage {
   double reach, rigidity;
 };
 constexpr Stage coarse_stages[] = {{150, 4}, {110, 2}, {80, 1}, {60, 0.5}, {45, 0.5}};
-constexpr Stage fine_stages[] = {{40, 0.5}, {28, 0.2}, {20, 0.1}, {20, 0.1}, {20, 0.1}};
-constexpr int offset_solves = 5;
+constexpr Stage fine_stages[] = {{40, 0.5}, {28, 0.2}, {20, 0.1}};
+// More solves follow more of the noise: with five the captured player takes 2 % more bytes at 1 mm.
+constexpr int offset_solves = 3;
 // A little of the way to the point itself, so that borders stay where they are.
 constexpr double offset_reach = 25, offset_to_point = 0.03;
-// Hulls are other ones in each frame: what they do beyond the motion is mostly noise.
-constexpr double offset_smoothness_of_hulls = 0.1, offset_memory_of_hulls = 0.005;
 // Of others, times the square of what they may be off: that much of a frame is noise. Motion that is smooth
 // takes fewer bytes.
 constexpr double offset_smoothness = 0.25, least_smoothness = 0.01, most_smoothness = 1;
@@ -38,12 +37,6 @@ double median_of(std::vector<double> values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-double smoothness_for(std::optional<double> error, double unit) {
-  if (!error) return offset_smoothness_of_hulls;
-  const double units = *error / unit;
-  return std::clamp(offset_smoothness * units * units, least_smoothness, most_smoothness);
 }
 
 std::vector<std::pair<uint32_t, uint32_t>> first_ring(const RunMesh &mesh) {
@@ -67,14 +60,21 @@ Target::Target(const geometry::Mesh &of)
       }
 }
 
-Follower::Follower(const geometry::Mesh &key, std::optional<double> error, std::function<void()> check)
-    : body(key), unit(body.unit()), smoothness(smoothness_for(error, unit)),
-      memory(error ? memory_over_smoothness * smoothness : offset_memory_of_hulls),
+Follower::Follower(const geometry::Mesh &key, std::optional<double> off, std::function<void()> check)
+    : body(key), unit(body.unit()), error(off ? std::optional<double>(*off / unit) : std::nullopt),
       coarse(body, coarse_spacing * unit), fine(body, fine_spacing * unit),
       coarse_system(coarse.vertices.size(), 6, Deformation::pairs(coarse)),
       fine_system(fine.vertices.size(), 6, Deformation::pairs(fine)),
       offset_system(body.points.size(), 3, first_ring(body)), shape(fine, body.points),
       check_cancelled(std::move(check)) {}
+
+Follower::Firmness Follower::firmness(const Approach &approach) const {
+  // Hulls are other ones in each frame: what they do beyond the motion is mostly noise.
+  if (!error) return approach.steady ? Firmness{1, 0.1, 2} : Firmness{0.1, 0.005, 5};
+  const double smoothness =
+      std::clamp(offset_smoothness * *error * *error, least_smoothness, most_smoothness);
+  return {smoothness, memory_over_smoothness * smoothness, offset_solves};
+}
 
 Posture Follower::start() const {
   return {shape.still(), std::vector<Vec3>(body.points.size()), body.points};
@@ -197,13 +197,13 @@ std::vector<Correspondence> Follower::correspondences(const std::vector<Vec3> &p
                         guesses.places[3 * f + k]);
     }
   }
-  const FacingFinder finder(body.triangles(points));
+  guesses.moved = FacingFinder(body.triangles(points), guesses.moved ? &*guesses.moved : nullptr);
   uint32_t last = UINT32_MAX;
   for (size_t i = 0; i < target.order.size(); i += stride) {
     const uint32_t v = target.order[i];
     uint32_t &guess = guesses.target[i];
     const render::ClosestPoint hit =
-        finder.nearest(target.mesh.points[v], target.normals[v], guess == UINT32_MAX ? last : guess);
+        guesses.moved->nearest(target.mesh.points[v], target.normals[v], guess == UINT32_MAX ? last : guess);
     if (hit.face == UINT32_MAX) continue;
     last = guess = hit.face;
     pairs.add({body.faces[hit.face], hit.barycentric, hit.point, target.mesh.points[v], target.normals[v],
@@ -241,6 +241,7 @@ bool Follower::move_coarse(const Target &target, Posture &posture, Guesses &gues
 }
 
 bool Follower::move_fine(const Target &target, Posture &posture, Guesses &guesses) {
+  guesses.moved.reset();
   for (const Stage &stage : fine_stages) {
     check_cancelled();
     if (!shape.step(fine_system,
@@ -253,16 +254,17 @@ bool Follower::move_fine(const Target &target, Posture &posture, Guesses &guesse
 }
 
 // Each vertex by itself, by what remains. That neighbours go the same way keeps vertices apart.
-bool Follower::move_offsets(const Target &target, Posture &posture, Guesses &guesses) {
+bool Follower::move_offsets(const Target &target, const Firmness &firm, Posture &posture, Guesses &guesses) {
+  guesses.moved.reset();
   const size_t count = body.points.size();
-  for (int solve = 0; solve < offset_solves; solve++) {
+  for (int solve = 0; solve < firm.solves; solve++) {
     check_cancelled();
     offset_system.clear();
     for (const Correspondence &c :
          correspondences(posture.points, target, offset_reach * unit, 1, Places::faces, guesses))
       add_pull(c, double(count));
     for (uint32_t v = 0; v < count; v++) {
-      const double each = smoothness / double(body.first[v + 1] - body.first[v]);
+      const double each = firm.smoothness / double(body.first[v + 1] - body.first[v]);
       for (size_t i = body.first[v]; i < body.first[v + 1]; i++) {
         const uint32_t w = body.neighbours[i];
         for (size_t axis = 0; axis < 3; axis++) {
@@ -271,7 +273,7 @@ bool Follower::move_offsets(const Target &target, Posture &posture, Guesses &gue
           offset_system.at(std::max(v, w), std::min(v, w))[4 * axis] -= each;
         }
       }
-      for (size_t axis = 0; axis < 3; axis++) offset_system.at(v, v)[4 * axis] += memory;
+      for (size_t axis = 0; axis < 3; axis++) offset_system.at(v, v)[4 * axis] += firm.memory;
     }
     const std::vector<double> moves = offset_system.solve();
     if (moves.empty() || !std::all_of(moves.begin(), moves.end(), [](double x) { return std::isfinite(x); }))
@@ -308,16 +310,15 @@ void Follower::add_pull(const Correspondence &c, double times) {
   }
 }
 
-std::optional<Posture> Follower::follow(const Posture &last, const Pose *before, bool near,
-                                        const Target &target) {
+std::optional<Posture> Follower::follow(const Posture &last, const Approach &approach, const Target &target) {
   Posture next = last;
-  if (before) {
-    next.pose = extrapolated(last.pose, *before);
+  if (approach.before) {
+    next.pose = extrapolated(last.pose, *approach.before);
     next.points = points_of(next.pose, next.offsets);
   }
   Guesses guesses;
-  if ((!near && !move_coarse(target, next, guesses)) || !move_fine(target, next, guesses) ||
-      !move_offsets(target, next, guesses))
+  if ((!approach.near && !move_coarse(target, next, guesses)) || !move_fine(target, next, guesses) ||
+      !move_offsets(target, firmness(approach), next, guesses))
     return {};
   return next;
 }

@@ -20,9 +20,12 @@ constexpr double key_parts[] = {1, 0.9, key_part, 0.55};
 // Of the area: pieces below do not count when a key is chosen.
 constexpr double least_piece = 0.002;
 // Of the budget, one after the other: what is further off is patched.
-constexpr double patch_limits[] = {decimate::max_over_rms, 4.5, 3.5};
-// Of the faces: a patch that is larger is worth another attempt without one.
-constexpr double large_patch = 0.05;
+const std::vector<double> patch_limits = {decimate::max_over_rms, 4.5, 3.5};
+// Hulls are that far from each other where no hand or ball is lost.
+const std::vector<double> patch_limits_of_hulls = {24, 12, 6};
+// Of the faces: a patch that is larger is worth another attempt. With a twentieth the captured player takes
+// 1 % less bytes and a fifth more time.
+constexpr double large_patch = 0.1;
 constexpr int patch_attempts = 6; // with each: what is beyond the budget with a patch is patched too
 
 // How good a key a frame is.
@@ -74,8 +77,14 @@ public:
 
   // With few faces, of which patches are made.
   const RunMesh &substitute() const {
-    if (!few) few = std::make_unique<RunMesh>(decimated(share).mesh);
+    if (!few) few = std::make_unique<RunMesh>(share == 1 ? key() : decimated(share).mesh);
     return *few;
+  }
+
+  const OutlineJudge &outlines() const {
+    if (!masks) masks = std::make_unique<std::vector<MaskView>>(settings.masks(number));
+    if (!judge) judge = std::make_unique<OutlineJudge>(*masks, key(), settings.budget.pixels);
+    return *judge;
   }
 
   // As it would be sent by itself.
@@ -92,14 +101,16 @@ public:
 
   const geometry::Mesh mesh;
   const decimate::Reference reference;
-  const size_t number;
 
 private:
+  const size_t number;
   const decimate::Footprint footprint;
   const Settings &settings;
   const double share;
   mutable std::unique_ptr<RunMesh> few;
   mutable std::unique_ptr<geometry::Mesh> alone;
+  mutable std::unique_ptr<std::vector<MaskView>> masks;
+  mutable std::unique_ptr<OutlineJudge> judge;
 };
 
 size_t size_of_patch(const Frame &frame) {
@@ -120,7 +131,7 @@ public:
     if (first + 1 >= end) return;
     const auto at = [&](size_t i) { return merits.begin() + std::ptrdiff_t(i); };
     Run run;
-    if (has_patches()) {
+    if (settings.patches && !settings.masks) {
       // The first frame of a run is sent alone, so it has no patch: a later key is of no use.
       for (const double part : key_parts)
         if (run.frames.size() < 2) run = follow(first, first, end, part);
@@ -135,9 +146,6 @@ public:
   }
 
 private:
-  // What is wrong with a hull is not its distance from the next.
-  bool has_patches() const { return settings.patches && !settings.masks; }
-
   void check_cancelled() const {
     if (settings.check_cancelled) settings.check_cancelled();
   }
@@ -194,23 +202,7 @@ private:
       direction > 0 ? i++ : i--;
       if (!merits[i].sound) break;
       const FrameSource source(frames, settings, i, part);
-      const Target target(source.mesh);
-      const bool may_patch = has_patches() && direction > 0;
-      std::optional<Step> best;
-      const auto attempt = [&](const Pose *before, bool near) {
-        std::optional<Posture> next = now.follower->follow(now.last, before, near, target);
-        if (!next) return;
-        std::optional<Frame> frame = judged(now, *next, source, may_patch);
-        if (frame && (!best || size_of_patch(*frame) < size_of_patch(best->frame)))
-          best = {std::move(*next), std::move(*frame)};
-      };
-      if (now.before) attempt(&*now.before, false);
-      // What a hand or the ground has stopped is nearer to where it was than to where it would have gone.
-      if (!best || (now.before && best->frame.patch)) attempt(nullptr, false);
-      // What has come is not to pull at what is next to it.
-      if (may_patch &&
-          (!best || double(size_of_patch(best->frame)) > large_patch * double(best->frame.mesh.face_count())))
-        attempt(now.before ? &*now.before : nullptr, true);
+      std::optional<Step> best = step(now, source, settings.patches && direction > 0);
       if (!best) break;
       if (best->frame.patch) {
         now = moving(*best->frame.patch, now, best->posture);
@@ -221,6 +213,38 @@ private:
       out.push_back(std::move(best->frame));
     }
     return out;
+  }
+
+  // Into the next frame. Nothing: beyond the budget.
+  std::optional<Step> step(const Moving &now, const FrameSource &source, bool may_patch) const {
+    const Target target(source.mesh);
+    const Pose *before = now.before ? &*now.before : nullptr;
+    std::optional<Step> best;
+    const auto attempt = [&](const Approach &approach, bool patches) {
+      std::optional<Posture> next = now.follower->follow(now.last, approach, target);
+      if (!next) return;
+      std::optional<Frame> frame = judged(now, *next, source, patches);
+      if (frame && (!best || size_of_patch(*frame) < size_of_patch(best->frame)))
+        best = {std::move(*next), std::move(*frame)};
+    };
+    const auto is_poor = [&] {
+      return !best ||
+             double(size_of_patch(best->frame)) > large_patch * double(best->frame.mesh.face_count());
+    };
+    // What a hand or the ground has stopped is nearer to where it was than to where it would have gone.
+    if (settings.masks) {
+      for (const bool steady : {true, false}) {
+        if (before && !best) attempt({before, false, steady}, false);
+        if (!best) attempt({nullptr, false, steady}, false);
+      }
+      if (!best && may_patch) attempt({before, false, false}, true);
+      return best;
+    }
+    if (before) attempt({before}, may_patch);
+    if (is_poor()) attempt({}, may_patch);
+    // What has come is not to pull at what is next to it.
+    if (may_patch && is_poor()) attempt({before, true}, may_patch);
+    return best;
   }
 
   bool is_within(const decimate::Report &report) const {
@@ -237,28 +261,34 @@ private:
     decimate::Outliers outliers;
     frame.report = decimate::measure_on_lattice(source.reference, frame.mesh, settings.budget, outliers);
     if (is_within(frame.report)) return frame;
+    if (settings.masks && has_outlines(frame.mesh, frame.report, source)) {
+      judge_by_outlines(frame);
+      return frame;
+    }
     if (patches && patch(moving, posture, source, frame)) return frame;
-    if (!settings.masks || !has_outlines(frame, source)) return {};
+    return {};
+  }
+
+  static void judge_by_outlines(Frame &frame) {
     frame.report.by_outlines = true;
     frame.report.thin_area = 0;
-    return frame;
   }
 
   // A hull may be anywhere inside of its outlines, but what is far from it has lost it.
-  bool has_outlines(const Frame &frame, const FrameSource &source) const {
-    if (!(frame.report.error.rms_pixels <= decimate::max_over_rms * settings.budget.pixels)) return false;
+  bool has_outlines(const geometry::Mesh &mesh, const decimate::Report &report,
+                    const FrameSource &source) const {
+    if (!(report.error.rms_pixels <= decimate::max_over_rms * settings.budget.pixels)) return false;
     check_cancelled();
-    const std::vector<MaskView> masks = settings.masks(source.number);
-    return OutlineJudge(masks, source.key(), settings.budget.pixels).accepts(frame.mesh);
+    return source.outlines().accepts(mesh);
   }
 
   // Whether the frame is within the budget with the patch that it then has.
   bool patch(const Moving &moving, const Posture &posture, const FrameSource &source, Frame &frame) const {
     const Patcher patcher(moving.follower->mesh(), *moving.edges, posture.points, source.reference,
                           source.substitute());
-    for (const double limit : patch_limits) {
+    for (const double limit : settings.masks ? patch_limits_of_hulls : patch_limits) {
       Patcher::Wanted wanted;
-      for (int attempt = 0; attempt < patch_attempts; attempt++) {
+      for (int attempt = 0; attempt < (settings.masks ? 1 : patch_attempts); attempt++) {
         check_cancelled();
         std::optional<Patch> patch = patcher.make(limit * settings.budget.pixels, wanted);
         if (!patch) break;
@@ -266,12 +296,14 @@ private:
         const geometry::Mesh whole = patched(frame.mesh, *patch);
         const decimate::Report report =
             decimate::measure_on_lattice(source.reference, whole, settings.budget, outliers);
-        if (is_within(report)) {
+        const bool outlines = settings.masks && has_outlines(whole, report, source);
+        if (is_within(report) || outlines) {
           const RunMesh next(whole);
           patch->next = next.at(next.points);
           patch->next_of = next.number;
           frame.patch = std::move(patch);
           frame.report = report;
+          if (outlines) judge_by_outlines(frame);
           return true;
         }
         if (report.error.max_pixels <= decimate::max_over_rms * settings.budget.pixels) break;
