@@ -183,6 +183,28 @@ TEST_CASE("plates that lose their thickness on the lattice are counted") {
   CHECK(decimate::flattened_pieces(sphere(0.0015, 2, 0.0007), lattice).pieces == 0);
 }
 
+TEST_CASE("a hole within a face of the source is seen where faces are looked at") {
+  Mesh source, holed;
+  source.positions = {0, 0, 0, 3, 0, 0, 0, 3, 0};
+  source.faces = {0, 1, 2};
+  holed.positions = source.positions; // and a triangle half as large around (1, 1, 0), which is left out
+  holed.positions.insert(holed.positions.end(), {0.5, 0.5, 0, 2, 0.5, 0, 0.5, 2, 0});
+  holed.faces = {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 0, 3, 2, 3, 5};
+  const decimate::Reference reference(source, decimate::Footprint::uniform(1));
+  decimate::Budget tight;
+  tight.pixels = 0.01;
+  tight.lattice.step = 0.5;
+  decimate::Outliers outliers;
+  decimate::Report report = decimate::measure_on_lattice(reference, holed, tight, outliers);
+  CHECK(report.error.max < 1e-9);
+  CHECK(outliers.vertices.empty());
+  report = decimate::measure_on_lattice(reference, holed, tight, outliers, decimate::Looks::within_faces);
+  const double off = std::sqrt(0.125); // from the centre to the nearest side of the hole
+  CHECK(report.error.max == Approx(off));
+  CHECK(report.error.rms == Approx(std::sqrt(0.75) * off));
+  CHECK(outliers.vertices == std::vector<uint32_t>{0, 1, 2});
+}
+
 TEST_CASE("stray vertices do not make the typical box") {
   const Mesh ball = sphere(0.5, 5);
   const double size = geometry::typical_box(ball).diagonal();

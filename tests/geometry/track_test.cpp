@@ -121,8 +121,9 @@ TEST_CASE("a capsule whose faces change in every frame becomes one run within th
     CHECK(frame.mesh.faces == runs[0].frames[0].mesh.faces);
     const Mesh source = frames.mesh(i);
     decimate::Outliers outliers;
-    const decimate::Report report = decimate::measure_on_lattice(
-        decimate::Reference(source, frames.footprint(i)), frame.mesh, settings.budget, outliers);
+    const decimate::Report report =
+        decimate::measure_on_lattice(decimate::Reference(source, frames.footprint(i)), frame.mesh,
+                                     settings.budget, outliers, decimate::Looks::within_faces);
     CHECK(report.error.rms_pixels == frame.report.error.rms_pixels);
     CHECK(report.error.rms_pixels <= settings.budget.pixels);
     CHECK(report.thin_area == 0);
@@ -322,8 +323,9 @@ TEST_CASE("where two pieces become one a patch stands, closed and within the bud
     CHECK(3 * absent < patch.absent.size());
     const Mesh source = frames.mesh(i);
     decimate::Outliers outliers;
-    const decimate::Report report = decimate::measure_on_lattice(
-        decimate::Reference(source, frames.footprint(i)), whole, settings.budget, outliers);
+    const decimate::Report report =
+        decimate::measure_on_lattice(decimate::Reference(source, frames.footprint(i)), whole, settings.budget,
+                                     outliers, decimate::Looks::within_faces);
     CHECK(report.error.rms_pixels == frame.report.error.rms_pixels);
     CHECK(report.error.rms_pixels <= settings.budget.pixels);
     CHECK(report.error.max_pixels <= decimate::max_over_rms * settings.budget.pixels);

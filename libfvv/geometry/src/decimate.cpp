@@ -135,7 +135,7 @@ Decimated as_it_is(const geometry::Mesh &source) {
 } // namespace
 
 Report measure_on_lattice(const Reference &reference, const geometry::Mesh &mesh, const Budget &budget,
-                          Outliers &outliers) {
+                          Outliers &outliers, Looks looks) {
   const std::vector<uint32_t> lasting = lasting_faces(mesh, budget.lattice);
   const geometry::Mesh on_lattice = rounded(mesh, budget.lattice, lasting);
   Report report;
@@ -148,7 +148,7 @@ Report measure_on_lattice(const Reference &reference, const geometry::Mesh &mesh
     report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
     return report;
   }
-  report.error = reference.measure(surface, max_over_rms * budget.pixels, outliers);
+  report.error = reference.measure(surface, max_over_rms * budget.pixels, outliers, looks);
   for (uint32_t &face : outliers.faces) face = lasting[face];
   report.thin_area = outliers.area;
   return report;

@@ -57,6 +57,10 @@ struct Outliers {
   double area = 0;                // square metres of the source that are beyond the limit
 };
 
+// Which places are compared: vertices of the source and samples of the other surface, or also the centres of
+// the source's faces, unless a vertex is off already, and more samples.
+enum class Looks { at_vertices, within_faces };
+
 // A source that decimated meshes are compared with. const members may run on any thread.
 class Reference {
 public:
@@ -65,7 +69,8 @@ public:
   Reference(const geometry::Mesh &source, const Footprint &footprint, const Reference *like = nullptr);
 
   // Appends to outliers.
-  SurfaceError measure(const compare::Faces &decimated, double limit_pixels, Outliers &outliers) const;
+  SurfaceError measure(const compare::Faces &decimated, double limit_pixels, Outliers &outliers,
+                       Looks looks = Looks::at_vertices) const;
 
   const geometry::Mesh &mesh() const { return source; }
   // What a pixel covers at a vertex, metres; of cells of 1/32 of the mesh's diagonal, over which it changes
@@ -137,7 +142,7 @@ struct Report {
 // Measures a mesh, rounded to the budget's lattice, and fills the report but for target_error, locked_faces,
 // vanished and what was dropped. outliers: empty; receives what is beyond max_over_rms.
 Report measure_on_lattice(const Reference &reference, const geometry::Mesh &mesh, const Budget &budget,
-                          Outliers &outliers);
+                          Outliers &outliers, Looks looks = Looks::at_vertices);
 
 struct Decimated {
   geometry::Mesh mesh;            // not yet rounded; vertices in the order of the source

@@ -252,6 +252,11 @@ private:
     return report.error.rms_pixels <= budget && report.error.max_pixels <= decimate::max_over_rms * budget;
   }
 
+  // The distance is not the judge of hulls.
+  decimate::Looks looks() const {
+    return settings.masks ? decimate::Looks::at_vertices : decimate::Looks::within_faces;
+  }
+
   // Nothing: beyond the budget.
   std::optional<Frame> judged(const Moving &moving, const Posture &posture, const FrameSource &source,
                               bool patches) const {
@@ -259,7 +264,8 @@ private:
     Frame frame;
     frame.mesh = moving.follower->mesh().at(posture.points);
     decimate::Outliers outliers;
-    frame.report = decimate::measure_on_lattice(source.reference, frame.mesh, settings.budget, outliers);
+    frame.report =
+        decimate::measure_on_lattice(source.reference, frame.mesh, settings.budget, outliers, looks());
     if (is_within(frame.report)) return frame;
     if (settings.masks && has_outlines(frame.mesh, frame.report, source)) {
       judge_by_outlines(frame);
@@ -295,7 +301,7 @@ private:
         decimate::Outliers outliers;
         const geometry::Mesh whole = patched(frame.mesh, *patch);
         const decimate::Report report =
-            decimate::measure_on_lattice(source.reference, whole, settings.budget, outliers);
+            decimate::measure_on_lattice(source.reference, whole, settings.budget, outliers, looks());
         const bool outlines = settings.masks && has_outlines(whole, report, source);
         if (is_within(report) || outlines) {
           const RunMesh next(whole);
