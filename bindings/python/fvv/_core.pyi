@@ -21,8 +21,9 @@ class Mesh:
     def face_count(self) -> int:
         """Rows of `indices`."""
     @property
-    def positions(self) -> NDArray[numpy.float32]:
-        """(vertices, 3) metres on the axes of the world: origin + step * lattice, rounded once."""
+    def positions(self) -> NDArray[numpy.float32] | NDArray[numpy.float64]:
+        """(vertices, 3) metres on the axes of the world: origin + step * lattice, rounded once. float32; float64 in streams that
+        are far from 0, as in map coordinates, where float32 has decimetres."""
     @property
     def lattice(self) -> NDArray[numpy.int32]:
         """(vertices, 3) lattice indices, as they were sent."""

@@ -2,6 +2,7 @@
 
 #include "arrays.h"
 #include "fvv_demux/views.h"
+#include "fvv_render/local_origin.h"
 #include "source.h"
 
 #include <algorithm>
@@ -36,9 +37,9 @@ template <class T> py::array copied(const T *data, const Shape &shape) {
 // ---- meshes --------------------------------------------------------------------------------------------
 
 // fill(values) without the GIL, once; a second thread that comes meanwhile does the same work.
-template <class Fill> void fill_once(std::vector<float> &values, size_t count, const Fill &fill) {
+template <class T, class Fill> void fill_once(std::vector<T> &values, size_t count, const Fill &fill) {
   if (!values.empty() || !count) return;
-  std::vector<float> filled(count);
+  std::vector<T> filled(count);
   {
     const py::gil_scoped_release release;
     fill(filled.data());
@@ -49,6 +50,14 @@ template <class Fill> void fill_once(std::vector<float> &values, size_t count, c
 py::array positions_of(const py::object &self) {
   auto &one = self.cast<Mesh &>();
   const size_t count = one.mesh.vertex_count;
+  const render::Vec3 local = render::local_origin(one.origin, one.step);
+  if (local.x != 0 || local.y != 0 || local.z != 0) {
+    fill_once(one.far_positions, 3 * count, [&](double *out) {
+      for (size_t i = 0; i < count; i++)
+        fvv_lattice_to_metres(one.origin, one.step, one.mesh.lattice + 3 * i, out + 3 * i);
+    });
+    return view(one.far_positions.data(), {py::ssize_t(count), 3}, self);
+  }
   fill_once(one.positions, 3 * count,
             [&](float *out) { fvv_lattice_to_floats(one.origin, one.step, one.mesh.lattice, count, out); });
   return view(one.positions.data(), {py::ssize_t(count), 3}, self);

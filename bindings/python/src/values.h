@@ -23,7 +23,8 @@ struct Mesh {
   double origin[3] = {};
   double step = 1;
   std::vector<float> positions, normals, uvs;
-  std::vector<uint8_t> colours; // R, G, B of each vertex; empty: none
+  std::vector<double> far_positions; // in place of positions, where float32 does not hold the lattice
+  std::vector<uint8_t> colours;      // R, G, B of each vertex; empty: none
 };
 
 // A camera with a name of its own.

@@ -2,6 +2,7 @@
 
 import gc
 import importlib
+import io
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import fvv
 import numpy
 import pytest
 from conftest import CONFORMANCE, tool
+from scenes import ball
 from vectors import path_of as vector
 
 MOVING = vector("calibration_moving")
@@ -40,6 +42,30 @@ def textured(tmp_path_factory):
          "--atlas", "--atlas-size", 512)  # fmt: skip
     tool("fvvmux", folder / "capture/capture.json", "-o", folder / "out.fvv", "--keep-geometry")
     return folder / "out.fvv"
+
+
+def stream_of(mesh):
+    target = io.BytesIO()
+    with fvv.Writer(target, rate=25, keep_geometry=True, step="1mm") as writer:
+        writer.add(mesh)
+    return target.getvalue()
+
+
+@pytest.mark.parametrize("origin", [(441548.0, 5121948.0, 2345.0), (4075580.0, -931853.0, 4801568.0)])
+def test_positions_far_from_0_keep_their_shape(origin):
+    """Those of UTM and of the earth's centre: float32 has decimetres there."""
+    points, faces = ball()
+    content = stream_of((points + origin, faces))
+    with fvv.open(content) as clip:
+        mesh = clip[0].mesh
+        again = stream_of(mesh)
+    radii = numpy.linalg.norm(mesh.positions - origin, axis=1)
+    assert mesh.positions.dtype == numpy.float64 and numpy.abs(radii - 0.5).max() < 1e-3
+    assert numpy.abs(mesh.positions - (mesh.origin + mesh.step * mesh.lattice)).max() < 1e-8
+    assert abs(mesh.to_trimesh().area - numpy.pi) < 0.1
+    with fvv.open(again) as clip:
+        distances = numpy.abs(clip[0].mesh.positions[:, None] - mesh.positions[None]).max(axis=2)
+    assert distances.min(axis=0).max() < 1e-3
 
 
 # trimesh.

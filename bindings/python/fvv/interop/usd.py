@@ -115,6 +115,10 @@ class _Stage:
                 prim.CreateVisibilityAttr().Set(geometry.Tokens.invisible, first)
                 prim.CreateVisibilityAttr().Set(geometry.Tokens.inherited, code)
         points = mesh.positions
+        if points.dtype == numpy.float64:  # far from 0, where the points of USD, float32, are coarse
+            points = (points - mesh.origin).astype(numpy.float32)
+            if not prim.GetOrderedXformOps():
+                prim.AddTranslateOp().Set(self._usd["Gf"].Vec3d(*mesh.origin.tolist()))
         prim.CreatePointsAttr().Set(vt.Vec3fArray.FromNumpy(points), code)
         box = numpy.stack([points.min(axis=0), points.max(axis=0)])
         prim.CreateExtentAttr().Set(vt.Vec3fArray.FromNumpy(box), code)

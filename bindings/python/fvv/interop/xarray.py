@@ -100,7 +100,7 @@ def _tracked(meshes: list[Mesh | None], some: list[Mesh]) -> dict[str, Any]:
         ),
         "positions": (
             ("time", "vertex", "axis"),
-            over_time("positions", numpy.float32, numpy.nan),
+            over_time("positions", some[0].positions.dtype, numpy.nan),
             {"units": "m"},
         ),
     }
