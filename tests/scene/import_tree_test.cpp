@@ -137,7 +137,7 @@ TEST_CASE("OpenCV: malformed YAML, each with its message") {
        {"image_height", "image_width", ":5: expected one image_width, found a second"},
        {"640", "640.5", ":4: expected an integer from 1 to 2147483647 for image_width, found \"640.5\""},
        {"500., 0.,", "500., 1.,", ":6: expected fx 0 cx, 0 fy cy, 0 0 1 for camera_matrix, found others"},
-       {"dt: d", "dt: u", ":9: expected d or f for dt, found \"u\""},
+       {"dt: d", "dt: u", ":9: expected d, f or i for dt, found \"u\""},
        {"rvec: !!opencv-matrix", "rvec: !!map",
         ":17: expected an opencv-matrix or a list for rvec, found \"map\""},
        {"rvec: !!opencv-matrix\n   rows: 3", "rvec: !!opencv-nd-matrix\n   sizes: [ 1, 3, 1 ]",

@@ -266,6 +266,9 @@ def write_opencv(folder, random):
         if camera.fisheye:
             values["fisheye_model"] = 1
         as_xml = i % 2 == 1
+        if i == 3:  # as a cv::Size
+            values = {key: value for key, value in values.items() if not key.startswith("image_")}
+            values["image_size"] = f"{WIDTH} {HEIGHT}"
         (folder / f"cam{i}.{'xml' if as_xml else 'yml'}").write_text(
             (opencv_xml if as_xml else opencv_yaml)(values)
         )
@@ -330,7 +333,7 @@ def write_middlebury(folder, random):
         lines.append(f"view{i}.png {text(k)} {text(camera.r)} {text(camera.t)}")
         cameras.append((i, f"view{i}", camera, 0.5))
     path = folder / "views_par.txt"
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text("\ufeff" + "\n".join(lines) + "\n")
     return ["middlebury", path, "--size", f"{WIDTH}x{HEIGHT}"], cameras
 
 

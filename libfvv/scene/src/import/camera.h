@@ -49,7 +49,9 @@ std::vector<std::string_view> words_of(std::string_view text);
 // Borrows bytes and path.
 class Lines {
 public:
-  Lines(std::string_view bytes, const std::string &path) : rest(bytes), name(path) {}
+  // A byte order mark is none of it.
+  Lines(std::string_view bytes, const std::string &path)
+      : rest(bytes.substr(bytes.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0)), name(path) {}
 
   bool next(std::string_view &line);         // the next line
   bool next_content(std::string_view &line); // skips empty lines and those that begin with '#'

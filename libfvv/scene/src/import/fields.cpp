@@ -88,8 +88,8 @@ Fields::Matrix Fields::stored(const Node &of, const std::string &type) const {
   if (!type.empty()) {
     const Node &kind = of.child(path, "dt");
     const auto word = words_of(kind.text);
-    if (word.size() != 1 || (word[0] != "d" && word[0] != "f"))
-      fail(kind, "expected d or f for dt, found " + scene::quote(kind.text));
+    if (word.size() != 1 || (word[0] != "d" && word[0] != "f" && word[0] != "i"))
+      fail(kind, "expected d, f or i for dt, found " + scene::quote(kind.text));
   }
   const Node &data = of.child(path, "data");
   for (const Item &item : items(data))
@@ -124,6 +124,14 @@ Fields::Matrix Fields::listed(const Node &of) const {
 
 Fields::Matrix Fields::matrix(const Node &of) const {
   if (is_list(of)) return listed(of);
+  // A list or a cv::Size in XML.
+  if (const auto words = words_of(of.text); of.children.empty() && words.size() > 1) {
+    Matrix m = {static_cast<int64_t>(words.size()), 1, {}, true};
+    if (words.size() > size_t(max_side * max_side)) fail(of, "expected fewer numbers for " + of.name);
+    for (const std::string_view word : words)
+      m.values.push_back(number_at(path, of.line, word, of.name.c_str()));
+    return m;
+  }
   const std::string *type = of.find_attribute("type_id");
   if (!type) // JSON has no tags
     if (const Node *key = of.find(path, "type_id")) type = &key->text;
