@@ -2,6 +2,7 @@
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
 #include "mux/src/choose/choices.h"
+#include "mux/src/encode/vertex_colours.h"
 #include "mux/src/patch_coder.h"
 
 #include <algorithm>
@@ -306,6 +307,8 @@ public:
 
   size_t size() const { return loaded.size(); }
 
+  const PreparedMesh &key() const { return source; }
+
   // Takes frame first + size() when it belongs to the run.
   bool extend(const PreparedMesh &candidate) {
     DeltaInput next;
@@ -523,10 +526,11 @@ std::vector<MeshFrame> encode_in_turn(const Plan &plan, const MeshTrack &track, 
       continue;
     }
     DeltaRun run(plan, track, begin, next ? std::move(*next) : prepare_mesh(plan, track, begin));
+    const KeyColours colours(plan, begin, run.key());
     for (next.reset(); begin + run.size() < first + count && plan.has_mesh(begin + run.size());
          next.reset()) {
       next = prepare_mesh(plan, track, begin + run.size());
-      if (!run.extend(*next)) break;
+      if (!colours.serve(begin + run.size(), *next) || !run.extend(*next)) break;
     }
     std::vector<MeshFrame> coded = run.encode();
     if (coded.size() < run.size()) next.reset();

@@ -8,6 +8,7 @@
 #include "fvv_render/visibility_fit.h"
 #include "fvv_scene/memory_frames.h"
 #include "mux/src/decoded_meshes.h"
+#include "mux/src/encode/vertex_colours.h"
 #include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
 
@@ -127,29 +128,6 @@ std::optional<ColourFrame> encode_colours(const Plan &plan, const MeshTrack &tra
 
 // What a picture has of 42 dB does not show.
 constexpr double enough_for_vertices = 42;
-
-// Colours of the places nearest on the source's surface. metres: places, which count from origin_of(lattice).
-std::vector<uint8_t> transferred(const geometry::Mesh &source, const std::vector<uint8_t> &colours,
-                                 const std::vector<float> &metres, const geometry::Lattice &lattice) {
-  geometry::Mesh local = source;
-  const render::Vec3 from = origin_of(lattice);
-  const double origin[3] = {from.x, from.y, from.z};
-  for (size_t i = 0; i < local.positions.size(); i++) local.positions[i] -= origin[i % 3];
-  const compare::Faces faces(local);
-  std::vector<uint8_t> out;
-  uint32_t guess = UINT32_MAX;
-  for (size_t i = 0; i < metres.size(); i += 3) {
-    const render::ClosestPoint near = faces.nearest({metres[i], metres[i + 1], metres[i + 2]}, guess);
-    guess = near.face;
-    for (size_t k = 0; k < 3; k++) {
-      double value = 0.5;
-      for (size_t c = 0; c < 3; c++)
-        value += near.barycentric[c] * colours[3 * size_t(local.faces[3 * size_t(near.face) + c]) + k];
-      out.push_back(uint8_t(std::clamp(value, 0.0, 255.0)));
-    }
-  }
-  return out;
-}
 
 } // namespace
 

@@ -260,3 +260,55 @@ def test_meshes_that_have_pictures_get_no_colours(eight_frames, tmp_path):
     run("fvvmux", eight_frames, "-o", tmp_path / "s.fvv", "--frames", "0-0", "--colours", "on")
     run("fvvdemux", tmp_path / "s.fvv", "-o", tmp_path / "out")
     assert b"red" not in (tmp_path / "out/meshes/0000.ply").read_bytes()[:600]
+
+
+COLOURED = (
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{}"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n{}3 0 1 2\n"
+)
+
+
+def triangle(colour):
+    properties = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    row = "" if colour is None else " {} {} {}".format(*colour)
+    return COLOURED.format(
+        properties if colour else "", "".join(f"{p}{row}\n" for p in ("0 0 0", "1 0 0", "0 1 0"))
+    )
+
+
+RED, DARK_RED, GREEN = (255, 0, 0), (250, 4, 0), (0, 255, 0)
+TAKES = {
+    "changing": (RED, GREEN, RED),
+    "almost the same": (RED, DARK_RED, RED),
+    "none in the first frame": (None, GREEN, GREEN),
+    "none in between": (RED, None, GREEN),
+}
+
+
+@pytest.mark.parametrize("track", ["never", "always"])
+@pytest.mark.parametrize("name", TAKES)
+def test_colours_that_change_on_the_same_faces(name, track, tmp_path):
+    """A key frame's colours hold for its delta frames: frames of other colours are no delta frames."""
+    for i, colour in enumerate(TAKES[name]):
+        (tmp_path / f"{i}.ply").write_text(triangle(colour))
+    stream = tmp_path / "o.fvv"
+    warned = None in TAKES[name]
+    done = run(
+        "fvvmux",
+        "--meshes",
+        tmp_path / "%d.ply",
+        "-o",
+        stream,
+        "--track",
+        track,
+        warns=warned,
+        code=3 if warned else 0,
+    )
+    assert ("has no colours of vertices" in done.stderr) == warned
+    run("fvvdemux", stream, "-o", tmp_path / "x", "--meshes", "ply")
+    for i, colour in enumerate(TAKES[name]):
+        mesh = trimesh.load(tmp_path / f"x/meshes/{i:04}.ply", process=False)
+        if colour is None:
+            assert mesh.visual.kind is None
+        else:
+            assert np.abs(mesh.visual.vertex_colors[:, :3].astype(int) - colour).max() < 8
