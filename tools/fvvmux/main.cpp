@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <unistd.h>
@@ -208,6 +209,24 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
   return report.warned ? cli::loss : cli::done;
 }
 
+// A pattern without quotes is a list of files: the first is the value of --meshes, the second comes as
+// CAPTURE, the others are left over.
+bool may_be_list(const std::vector<std::string> &rest, bool has_meshes) {
+  return rest.empty() || (has_meshes && std::none_of(rest.begin(), rest.end(), [](const std::string &word) {
+                            return word.empty() || word[0] == '-';
+                          }));
+}
+
+void join_list(mux::Options &options, const std::vector<std::string> &rest) {
+  const std::string &first = options.inputs.meshes;
+  const auto extension = [](const std::string &name) { return std::filesystem::path(name).extension(); };
+  if (first.empty() || (rest.empty() && extension(options.capture) != extension(first))) return;
+  std::vector<std::string> files = rest;
+  files.insert(files.begin(), {first, options.capture});
+  options.inputs.meshes = scene::pattern_of_files("meshes", files);
+  options.capture.clear();
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
@@ -224,7 +243,9 @@ int main(int argc, char **argv) {
   app.footer(footer);
   cli::set_help(app, "fvvmux", examples, help_sections());
   try {
+    app.allow_extras();
     app.parse(argc, argv);
+    if (!may_be_list(app.remaining(), given.is_given("meshes"))) throw CLI::ExtrasError(app.remaining());
     if (command.is_given()) check_part_options(app, command);
     const bool cuts = !outputs.segments.empty() && mux::is_stream(options.capture);
     const bool describes = !outputs.capture.empty();
@@ -238,6 +259,7 @@ int main(int argc, char **argv) {
   return cli::run("fvvmux", [&] {
     cli::keep_freed_memory();
     given.apply(options);
+    join_list(options, app.remaining());
     options = mux::settled(options);
     if (command.is_given()) return run_part_command(command, options, outputs.stream, outputs.force, as_json);
     if (outputs.stream.empty() && !outputs.capture.empty()) return describe(options, outputs);

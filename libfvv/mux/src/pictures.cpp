@@ -38,12 +38,10 @@ template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, i
   return about_frame(capture, frame, [&] {
     if (capture.atlas->pictures)
       return plan.videos->read<Sample>(capture, *capture.atlas->pictures, frame, 3);
-    const std::string path = capture.atlas_path(frame);
-    const std::string bytes = scene::load_embedded_atlas(capture, frame);
-    media::check_image_memory(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), path,
-                              capture.memory_limit);
-    return media::decode_image<Sample>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3,
-                                       path);
+    const scene::MeshPicture picture = scene::load_embedded_atlas(capture, frame);
+    const auto *bytes = reinterpret_cast<const uint8_t *>(picture.bytes.data());
+    media::check_image_memory(bytes, picture.bytes.size(), picture.name, capture.memory_limit);
+    return media::decode_image<Sample>(bytes, picture.bytes.size(), 3, picture.name);
   });
 }
 

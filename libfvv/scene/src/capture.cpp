@@ -242,7 +242,7 @@ void find_empty_meshes(Capture &capture) {
     if (capture.has_mesh(number) && is_empty_mesh(capture.mesh_path(number))) capture.empty.insert(number);
 }
 
-std::string load_embedded_atlas(const Capture &capture, int64_t frame) {
+MeshPicture load_embedded_atlas(const Capture &capture, int64_t frame) {
   // An empty stage shows no picture: that of the frame before costs least, of the first one there is that
   // after.
   const std::vector<int64_t> frames = capture.mesh_frames();

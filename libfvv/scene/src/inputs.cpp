@@ -195,44 +195,70 @@ std::optional<std::string> sequence_of(const fs::path &picture) {
   return best;
 }
 
-// The pattern that other programs mean by m####.obj, m$F4.obj (Houdini) or m*.obj; a name that exists means
-// itself.
-std::string usual_pattern(const std::string &text) {
+// The pattern of exactly these files, if there is one; of a single file its name.
+std::optional<std::string> pattern_of(const std::set<fs::path> &files) {
+  if (files.size() == 1) return as_pattern(files.begin()->string());
+  const std::optional<std::string> found = sequence_of(*files.begin());
+  if (!found) return std::nullopt;
+  const Pattern pattern = *Pattern::parse(*found, nullptr);
+  std::set<fs::path> all;
+  for (const int64_t number : numbers_of(pattern)) all.insert(pattern.file(number));
+  return all == files ? found : std::nullopt;
+}
+
+// The files of m*.obj.
+std::set<fs::path> matching(const fs::path &path, size_t star) {
+  const std::string name = path.filename().string();
+  const fs::path parent = path.parent_path();
+  std::set<fs::path> out;
+  std::error_code ignored;
+  fs::directory_iterator entry(parent.empty() ? fs::path(".") : parent, ignored), end;
+  for (; !ignored && entry != end; entry.increment(ignored)) {
+    const std::string file = entry->path().filename().string();
+    if (file.size() + 1 >= name.size() && file.compare(0, star, name, 0, star) == 0 &&
+        file.compare(file.size() - (name.size() - star - 1), file.npos, name, star + 1, name.npos) == 0)
+      out.insert(parent / file);
+  }
+  return out;
+}
+
+// The pattern that other programs mean by m####.obj, m@@@@.obj, m$F4.obj (Houdini) or m*.obj; a name that
+// exists means itself.
+std::string usual_pattern(const char *option, const std::string &text) {
   std::error_code ignored;
   if (fs::exists(text, ignored)) return text;
   std::string out;
   bool is_known = text.find('%') != text.npos;
   for (size_t i = 0; i < text.size(); i++) {
-    const size_t hashes =
-        text.find_first_not_of('#', i) == text.npos ? text.size() - i : text.find_first_not_of('#', i) - i;
+    const size_t end = text[i] == '#' || text[i] == '@' ? text.find_first_not_of(text[i], i) : i;
+    const size_t marks = std::min(end, text.size()) - i;
     const bool is_frame = text.compare(i, 2, "$F") == 0;
-    if (is_known || (!hashes && !is_frame)) {
+    if (is_known || (!marks && !is_frame)) {
       out += text[i];
       continue;
     }
     const size_t digit = i + 2;
     const bool has_width = is_frame && digit < text.size() && text[digit] >= '1' && text[digit] <= '9';
-    const size_t width = is_frame ? (has_width ? size_t(text[digit] - '0') : 1) : hashes;
+    const size_t width = is_frame ? (has_width ? size_t(text[digit] - '0') : 1) : marks;
     out += width == 1 ? "%d" : "%0" + std::to_string(width) + "d";
-    i += is_frame ? (has_width ? 2 : 1) : hashes - 1;
+    i += is_frame ? (has_width ? 2 : 1) : marks - 1;
     is_known = true;
   }
   const fs::path path = out;
   const std::string name = path.filename().string();
   const size_t star = name.find('*');
-  if (is_known || star == name.npos || name.find('*', star + 1) != name.npos) return out;
-  std::optional<fs::path> first;
-  const fs::path parent = path.parent_path();
-  fs::directory_iterator entry(parent.empty() ? fs::path(".") : parent, ignored), end;
-  for (; !ignored && entry != end; entry.increment(ignored)) {
-    const std::string file = entry->path().filename().string();
-    if (file.size() + 1 >= name.size() && file.compare(0, star, name, 0, star) == 0 &&
-        file.compare(file.size() - (name.size() - star - 1), file.npos, name, star + 1, name.npos) == 0 &&
-        (!first || file < first->filename().string()))
-      first = parent / file;
-  }
-  const std::optional<std::string> found = first ? sequence_of(*first) : std::nullopt;
-  return found.value_or(first ? as_pattern(first->string()) : out);
+  if (is_known || out.find('*') == out.npos) return out;
+  if (star == name.npos || name.find('*', star + 1) != name.npos || out.find('*') != out.rfind('*'))
+    refuse(option, "%d or %04d for the number of the frame", text);
+  const std::set<fs::path> files = matching(path, star);
+  if (files.empty()) return out;
+  const std::optional<std::string> found = pattern_of(files);
+  if (!found)
+    refuse_option(option, "expected files that differ in one number alone, found " +
+                              quote(files.begin()->string()) + " and " +
+                              quote(std::next(files.begin())->string()) +
+                              ": write %d or %04d for the number of the frame");
+  return *found;
 }
 
 // The first file of a folder, by name.
@@ -639,8 +665,10 @@ void check_inputs(const Inputs &inputs) {
 std::string describe_inputs(const std::string &given, const Inputs &as_given, const std::string &file,
                             std::vector<std::string> *notes, const media::MemoryLimit &limit) {
   Inputs inputs = as_given;
-  for (std::string *text : {&inputs.meshes, &inputs.atlas, &inputs.pictures, &inputs.masks})
-    *text = usual_pattern(*text);
+  for (const auto &[option, text] :
+       {std::pair("meshes", &inputs.meshes), std::pair("atlas", &inputs.atlas),
+        std::pair("pictures", &inputs.pictures), std::pair("masks", &inputs.masks)})
+    *text = usual_pattern(option, *text);
   check_inputs(inputs);
   std::error_code ignored;
   if (fs::is_regular_file(description_file(given), ignored) && !is_transforms(given))
@@ -674,6 +702,18 @@ std::string describe_inputs(const std::string &given, const Inputs &as_given, co
                                   : uint8_t(FVV_UP_UNKNOWN);
   if (notes) *notes = capture.notes;
   return format_capture(capture, units_text(inputs, by_gltf));
+}
+
+std::string pattern_of_files(const char *option, const std::vector<std::string> &files) {
+  std::set<fs::path> all;
+  for (const std::string &file : files) all.insert(fs::path(file).lexically_normal());
+  const std::optional<std::string> found = pattern_of(all);
+  if (!found)
+    refuse_option(option,
+                  "expected one pattern in quotes, such as 'm%04d.obj', or all files of a sequence, found " +
+                      std::to_string(files.size()) + " files from " + quote(files.front()) + " to " +
+                      quote(files.back()));
+  return *found;
 }
 
 Capture load_capture(const std::string &given, const Inputs &inputs, const media::MemoryLimit &limit) {

@@ -90,15 +90,16 @@ Mesh parse_gltf_pictures(std::string_view bytes, const std::string &name, const 
 }
 
 bool is_empty_mesh(const std::string &path) {
-  constexpr size_t enough = size_t(1) << 16; // of a header; an OBJ file beyond it has content
+  constexpr size_t enough = size_t(1) << 16; // of a header; a file of another kind beyond it has content
   const std::string extension = extension_of(path);
   const bool ply = extension == ".ply";
-  if (!ply && extension != ".obj") return false;
+  if (!ply && extension != ".obj" && !is_gltf(path)) return false;
   if (!why_unreadable(path).empty()) return false; // what is wrong is said when it is read
   std::ifstream file(path, std::ios::binary);
   std::string start(enough + 1, '\0'), kept;
   file.read(&start[0], std::streamsize(start.size()));
   start.resize(size_t(file.gcount()));
+  if (is_gltf(path)) return start.size() <= enough && gltf::draws_nothing(start, path);
   std::istringstream lines{std::string(as_usual(start, kept))};
   std::string line;
   bool vertices = false, faces = false;
@@ -116,8 +117,8 @@ bool is_empty_mesh(const std::string &path) {
       continue;
     }
     vertices = vertices || (first == "element" && second == "vertex" && third == "0");
-    faces = faces || (first == "element" && second == "face" && third == "0");
-    if (first == "end_header") return vertices && faces;
+    faces = faces || (first == "element" && (second == "face" || second == "tristrips") && third != "0");
+    if (first == "end_header") return vertices && !faces;
   }
   return !ply && !start.empty() && start.size() <= enough;
 }
@@ -132,27 +133,26 @@ bool may_bring_picture(const std::string &path) {
   return is_gltf(path) || extension_of(path) == ".obj" || extension_of(path) == ".ply";
 }
 
-std::string read_mesh_picture(const std::string &path, const media::MemoryLimit &limit) {
+MeshPicture read_mesh_picture(const std::string &path, const media::MemoryLimit &limit) {
   if (!may_bring_picture(path)) fail_extension(path, extension_of(path), ".glb, .gltf, .obj or .ply");
   const std::string bytes = read_file(path, max_mesh_file);
   FacePictures faces;
-  faces.limit = limit;
   if (is_gltf(path)) {
     faces = gltf::face_pictures(gltf::read_scene(bytes, path, gltf::NoAnimation{}, limits_or_default(nullptr),
                                                  gltf::Texture::pictures));
-    faces.limit = limit;
-    return faces.has_picture() ? atlas_picture(faces, path) : parse_gltf_picture(bytes, path);
-  }
-  if (extension_of(path) == ".ply") {
+    if (!faces.has_picture()) return {parse_gltf_picture(bytes, path), path};
+  } else if (extension_of(path) == ".ply") {
     parse_ply_pictures(bytes, path, nullptr, nullptr, false, faces);
-    return atlas_picture(faces, path);
+  } else {
+    const std::optional<std::string> picture = parse_obj_materials(bytes, path).picture;
+    if (!picture) throw Error(path + ": expected faces of a material with map_Kd, found none");
+    if (const std::string why = why_unreadable(*picture); !why.empty())
+      throw Error(path + ": expected the picture " + quote(*picture) + " of map_Kd, which " + why);
+    parse_obj_pictures(bytes, path, nullptr, nullptr, false, faces);
   }
-  const std::optional<std::string> picture = parse_obj_materials(bytes, path).picture;
-  if (!picture) throw Error(path + ": expected faces of a material with map_Kd, found none");
-  if (const std::string why = why_unreadable(*picture); !why.empty())
-    throw Error(path + ": expected the picture " + quote(*picture) + " of map_Kd, which " + why);
-  parse_obj_pictures(bytes, path, nullptr, nullptr, false, faces);
-  return atlas_picture(faces, path);
+  faces.limit = limit;
+  const bool is_only = faces.pictures.size() == 1;
+  return {atlas_picture(faces, path), is_only ? faces.pictures[0].name : path};
 }
 
 std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name,

@@ -323,6 +323,10 @@ PLY = {
     ),
     "a face of no corners": (PLY_HEAD.format(3) + FACE.format(2) + TRIANGLE + "0\n3 0 1 2\n", 0.5),
     "a strip": (PLY_HEAD.format(4) + STRIPS.format(1) + TRIANGLE + "1 1 0\n4 0 1 2 3\n", 1),
+    "elements of several lines": (
+        PLY_HEAD.format(3) + FACE.format(1) + "0 0\n0\n1\n0 0\n0 1 0\n3\n0 1 2\n",
+        0.5,
+    ),
     "strips": (PLY_HEAD.format(4) + STRIPS.format(1) + TRIANGLE + "1 1 0\n7 0 1 2 -1 1 3 2\n", 1),
 }
 
@@ -362,6 +366,81 @@ def test_pictures_of_ply_files(remark, place):
     (place / "a.ply").write_text(text.replace("element vertex", remark + "\nelement vertex"))
     assert mux("a.ply", "--quality", 30).stderr == ""
     assert "atlas" in run("fvvinfo", "o.fvv").stdout
+
+
+WEDGES = (
+    "property list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty int texnumber\n"
+)
+#: Texture coordinates of a face whose colour is that of the upper left corner of its picture.
+THERE = "6 0.1 0.9 0.2 0.9 0.1 0.8"
+FIRST, SECOND, NEUTRAL = (220, 30, 40), (30, 40, 220), (128, 128, 128)
+#: Properties of a face; both faces; what they show; whether that is a warning.
+NUMBERED = {
+    "both": (WEDGES, f"3 0 1 2 {THERE} 1", f"3 1 3 2 {THERE} 0", (SECOND, FIRST), False),
+    "number before corners": (
+        "property int texnumber\n" + WEDGES[: WEDGES.index("property int")],
+        f"1 3 0 1 2 {THERE}",
+        f"0 3 1 3 2 {THERE}",
+        (SECOND, FIRST),
+        False,
+    ),
+    "one without": (WEDGES, f"3 0 1 2 {THERE} 0", f"3 1 3 2 {THERE} -1", (FIRST, NEUTRAL), False),
+    "the first without": (WEDGES, "3 0 1 2 0 -1", f"3 1 3 2 {THERE} 1", (NEUTRAL, SECOND), False),
+    "no coordinates": (WEDGES, f"3 0 1 2 {THERE} 0", "3 1 3 2 0 0", (FIRST, NEUTRAL), True),
+    "no numbers": (
+        WEDGES,
+        f"3 0 1 2 {THERE} 0",
+        "3 1 3 2 6 nan nan nan nan nan nan 0",
+        (FIRST, NEUTRAL),
+        True,
+    ),
+}
+
+
+def numbered(properties, faces, pictures=("first.png", "second.png")):
+    head = PLY_HEAD.format(4).replace(
+        "element", "".join(f"comment TextureFile {name}\n" for name in pictures) + "element"
+    )
+    faces = "\n".join(faces) + "\n"
+    return f"{head}element face 2\n{properties}end_header\n{TRIANGLE}1 1 0\n{faces}"
+
+
+def shown_colours():
+    """Of the faces, from left to right."""
+    run("fvvdemux", "o.fvv", "-o", "x", "--meshes", "obj", "--pictures", "png", "--force")
+    mesh = trimesh.load("x/meshes/0000.obj", process=False)
+    atlas = np.asarray(Image.open("x/atlas/0000.png").convert("RGB")).astype(int)
+    places = mesh.visual.uv[mesh.faces].mean(1)[np.argsort(mesh.triangles_center[:, 0])]
+    return [atlas[int((1 - v) * atlas.shape[0]), int(u * atlas.shape[1])] for u, v in places]
+
+
+@pytest.mark.parametrize("name", NUMBERED)
+def test_numbered_pictures_of_ply_files(name, place):
+    for file, colour in ("first.png", FIRST), ("second.png", SECOND):
+        Image.new("RGB", (64, 64), colour).save(file)
+    properties, *faces, expected, warned = NUMBERED[name]
+    (place / "a.ply").write_text(numbered(properties, faces))
+    done = mux("a.ply", "--quality", 40, "--winding", "keep", code=3 if warned else 0)
+    assert ("triangles without texture coordinates" in done.stderr) == warned
+    assert np.abs(np.array(shown_colours()) - expected).max() < 20
+
+
+@pytest.mark.parametrize("more", [(), ("--atlas", "first.png")])
+def test_faces_that_all_have_no_number_show_the_only_picture(more, place):
+    Image.new("RGB", (64, 64), FIRST).save("first.png")
+    faces = f"3 0 1 2 {THERE} -1", f"3 1 3 2 {THERE} -1"
+    (place / "a.ply").write_text(numbered(WEDGES, faces, ("first.png",)))
+    assert mux("a.ply", "--quality", 40, *more).stderr == ""
+    assert np.abs(np.array(shown_colours()) - FIRST).max() < 20
+
+
+@pytest.mark.parametrize("file", ["cut.png", "inks.jpg"])
+def test_a_picture_that_cannot_be_decoded_is_named(file, place):
+    (place / "cut.png").write_bytes((place / "t.png").read_bytes()[:99])
+    Image.open("t.png").convert("CMYK").save("inks.jpg")
+    (place / "m.mtl").write_text(f"newmtl m\nmap_Kd {file}\n")
+    (place / "a.obj").write_text(box("mtllib m.mtl\nusemtl m"))
+    assert mux("a.obj", code=1).stderr.startswith(f"fvvmux: {file}: ")
 
 
 def test_a_picture_without_texture_coordinates_is_a_warning(place):
@@ -409,12 +488,67 @@ def test_both_sides_of_a_sheet(place):
     assert len(mesh_of().faces) == 4
 
 
-@pytest.mark.parametrize("pattern", ["m%04d.obj", "m####.obj", "m$F4.obj", "m*.obj"])
+@pytest.mark.parametrize("pattern", ["m%04d.obj", "m####.obj", "m@@@@.obj", "m$F4.obj", "m*.obj"])
 def test_sequences_with_steps_and_other_spellings(pattern, place):
     for frame in (0, 2, 4):
         (place / f"m{frame:04}.obj").write_text(box(corner="{0}"))
     mux(pattern)
     assert json.loads(run("fvvinfo", "--json", "o.fvv").stdout)["files"][0]["frames"] == 3
+
+
+def test_a_list_of_files_is_their_sequence(place):
+    """As a shell makes it of a pattern without quotes."""
+    for frame in (8, 9, 10):
+        (place / f"m{frame}.obj").write_text(box(corner="{0}"))
+    files = "m10.obj", "m8.obj", "m9.obj"
+    run("fvvmux", "--meshes", *files, "-o", "o.fvv", *QUICK)
+    assert json.loads(run("fvvinfo", "--json", "o.fvv").stdout)["files"][0]["frames"] == 3
+    run("fvvmux", "--meshes", *files[:2], "--write-capture", "c.json", code=2)
+    (place / "m10.obj").unlink()
+    run("fvvmux", "--meshes", *files[1:], "--write-capture", "c.json")
+    assert json.loads((place / "c.json").read_text())["meshes"] == {"pattern": "m%d.obj"}
+    assert "not expected" in run("fvvmux", "o.fvv", "m8.obj", "m9.obj", "-o", "p.fvv", code=2).stderr
+
+
+@pytest.mark.parametrize(
+    "files", [("a", "b"), ("a", "a1", "a2"), ("a1", "a2", "b1", "b2"), ("a1_x", "a2_y"), ("a08", "a9")]
+)
+def test_a_star_for_more_than_a_number_is_an_error(files, place):
+    """One sequence of several, or one file, would be taken for all."""
+    for name in files:
+        (place / f"{name}.obj").write_text(box(corner="{0}"))
+    done = mux("*.obj", code=2)
+    assert "expected files that differ in one number alone" in done.stderr
+
+
+EMPTY = {
+    "a.glb": lambda: glb([]),
+    "nodes without meshes.glb": lambda: glb([{"name": "camera"}]),
+    "a.gltf": lambda: b'{"asset": {"version": "2.0"}}',
+    "scene.gltf": lambda: b'{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{}]}',
+    "a.ply": lambda: (PLY_HEAD.format(0) + FACE.format(0)).encode(),
+    "vertices alone.ply": lambda: (PLY_HEAD.format(0) + "end_header\n").encode(),
+    "binary.ply": lambda: (PLY_HEAD.format(0) + FACE.format(0))
+    .replace("ascii", "binary_big_endian")
+    .encode(),
+    "remarks.obj": lambda: b"# ours\nmtllib gone.mtl\no body\n",
+}
+
+
+@pytest.mark.parametrize("first", [False, True])
+@pytest.mark.parametrize("name", EMPTY)
+def test_empty_stages(name, first, place):
+    suffix = name.rpartition(".")[2]
+    whole = {
+        "obj": lambda: box(corner="{0}").encode(),
+        "ply": lambda: (PLY_HEAD.format(3) + FACE.format(1) + TRIANGLE + "3 0 1 2\n").encode(),
+    }.get(suffix, lambda: glb([{"mesh": 0}]))
+    for frame in range(3):
+        content = EMPTY[name] if frame == (0 if first else 1) else whole
+        (place / f"m{frame}.{suffix}").write_bytes(content())
+    assert mux(f"m%d.{suffix}").stderr == ""
+    run("fvvdemux", "o.fvv", "-o", "x", "--meshes", "ply")
+    assert len(list((place / "x/meshes").iterdir())) == 2
 
 
 def glb(nodes, buffers=b"", **more):
@@ -547,8 +681,12 @@ def test_map_coordinates(place):
 @pytest.mark.parametrize(
     "mesh, found, advice",
     [
-        (lambda v: 1000 * v, "all cameras are inside the mesh", "meshes times 0.001 would be in 4 of 4"),
-        (lambda v: 0.01 * v, "pixels at most", "meshes times 100 would be in 4 of 4"),
+        (
+            lambda v: 1000 * v,
+            "all cameras are inside the mesh",
+            "meshes times 0.001: the mesh would be in 4 of 4",
+        ),
+        (lambda v: 0.01 * v, "pixels at most", "meshes times 100: the mesh would be in 4 of 4"),
         (lambda v: v + (0, 40, 0), "no camera sees the mesh", ""),
     ],
 )
@@ -564,4 +702,29 @@ def test_axes_that_do_not_fit_the_cameras(place):
     """The subject stands 5 m from the origin; its mesh has z up, the cameras have y up."""
     write_sphere(place / "c", np.array([0.0, 5.0, 0.0]), lambda v: np.stack([v[:, 0], -v[:, 2], v[:, 1]], 1))
     message = run("fvvmux", "c", "-o", "o.fvv", code=3, warns=True).stderr
-    assert "with z up turned to y up (x, z, -y) would be in 4 of 4 pictures" in message
+    assert "with z up turned to y up (x, z, -y): the mesh would be in 4 of 4 pictures" in message
+
+
+MIRROR = np.diag([1, -1, -1])
+MISREAD = {
+    "with y up and z backwards (OpenGL)": lambda r, t: (MIRROR @ r, MIRROR @ t),
+    "whose translation is the camera's place": lambda r, t: (r, -r.T @ t),
+    "from camera to world": lambda r, t: (r.T, -r.T @ t),
+    "from camera to world, with y up and z backwards (OpenGL)": lambda r, t: (
+        (MIRROR @ r).T,
+        -(MIRROR @ r).T @ MIRROR @ t,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISREAD)
+def test_cameras_whose_pose_is_of_another_kind(name, place):
+    write_sphere(place / "c", np.array([2.0, 9.0, -6.0]))
+    capture = json.loads((place / "c/capture.json").read_text())
+    for camera in capture["cameras"]:
+        r, t = MISREAD[name](np.array(camera["rotation"]), np.array(camera["translation"]))
+        camera["rotation"], camera["translation"] = r.tolist(), t.tolist()
+    (place / "c/capture.json").write_text(json.dumps(capture))
+    message = run("fvvmux", "c", "-o", "o.fvv", code=3, warns=True).stderr
+    # On a ring whose cameras see its middle two of them may look alike.
+    assert name in message and ": the mesh would be in 4 of 4 pictures" in message

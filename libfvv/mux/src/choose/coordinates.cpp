@@ -55,6 +55,44 @@ constexpr Candidate candidates[] = {
      }},
 };
 
+struct CameraCandidate {
+  const char *text; // what the cameras would have to be read as
+  void (*change)(fvv_camera &);
+};
+
+void turn_axes(fvv_camera &camera) {
+  for (size_t row = 1; row < 3; row++) {
+    for (size_t k = 0; k < 3; k++) camera.rotation[3 * row + k] *= -1;
+    camera.translation[row] *= -1;
+  }
+}
+
+// t, where it is the centre.
+void read_centre(fvv_camera &camera) {
+  const std::array<double, 3> centre = {camera.translation[0], camera.translation[1], camera.translation[2]};
+  for (size_t row = 0; row < 3; row++) {
+    camera.translation[row] = 0;
+    for (size_t k = 0; k < 3; k++) camera.translation[row] -= camera.rotation[3 * row + k] * centre[k];
+  }
+}
+
+void invert(fvv_camera &camera) {
+  for (size_t row = 0; row < 3; row++)
+    for (size_t k = 0; k < row; k++) std::swap(camera.rotation[3 * row + k], camera.rotation[3 * k + row]);
+  read_centre(camera);
+}
+
+constexpr CameraCandidate camera_candidates[] = {
+    {"with y up and z backwards (OpenGL)", turn_axes},
+    {"whose translation is the camera's place", read_centre},
+    {"from camera to world", invert},
+    {"from camera to world, with y up and z backwards (OpenGL)",
+     [](fvv_camera &camera) {
+       invert(camera);
+       turn_axes(camera);
+     }},
+};
+
 // How a camera shows places of a mesh.
 struct View {
   size_t within = 0; // of the places
@@ -109,14 +147,14 @@ bool surrounds(const geometry::Mesh &mesh, const std::vector<fvv_camera> &camera
   });
 }
 
-// The candidates that bring the mesh into most pictures, for people; empty: none does, or too many.
-std::string advice_for(const std::vector<fvv_camera> &cameras, const std::vector<Point> &places) {
+// Of candidates those that bring the mesh into most pictures, for people; empty: none does, or too many.
+// fits: the number of pictures with a candidate.
+template <class Candidates, class Fits>
+std::string best_of(const Candidates &all, size_t cameras, const char *subject, const Fits &fits) {
   std::string texts;
   size_t most = 0, equal = 0;
-  for (const Candidate &candidate : candidates) {
-    std::vector<Point> moved;
-    for (const Point &place : places) moved.push_back(candidate.place(place));
-    const size_t count = fitting(cameras, moved);
+  for (const auto &candidate : all) {
+    const size_t count = fits(candidate);
     if (!count || count < most) continue;
     if (count > most) {
       texts.clear();
@@ -125,8 +163,24 @@ std::string advice_for(const std::vector<fvv_camera> &cameras, const std::vector
     texts += (equal++ ? ", or " : "") + std::string(candidate.text);
     most = count;
   }
-  if (2 * most < cameras.size() || !equal || equal > most_candidates) return "";
-  return fvv::format("; meshes %s would be in %zu of %zu pictures", texts.c_str(), most, cameras.size());
+  if (2 * most < cameras || !equal || equal > most_candidates) return "";
+  return fvv::format("; %s %s: the mesh would be in %zu of %zu pictures", subject, texts.c_str(), most,
+                     cameras);
+}
+
+std::string advice_for(const std::vector<fvv_camera> &cameras, const std::vector<Point> &places) {
+  const std::string of_meshes =
+      best_of(candidates, cameras.size(), "meshes", [&](const Candidate &candidate) {
+        std::vector<Point> moved;
+        for (const Point &place : places) moved.push_back(candidate.place(place));
+        return fitting(cameras, moved);
+      });
+  if (!of_meshes.empty()) return of_meshes;
+  return best_of(camera_candidates, cameras.size(), "cameras", [&](const CameraCandidate &candidate) {
+    std::vector<fvv_camera> changed = cameras;
+    for (fvv_camera &camera : changed) candidate.change(camera);
+    return fitting(changed, places);
+  });
 }
 
 } // namespace

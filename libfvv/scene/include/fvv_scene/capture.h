@@ -192,8 +192,8 @@ void clear(MeshCache &cache);
 // How often a mesh file was read through it.
 uint64_t mesh_reads(const MeshCache &cache);
 
-// The bytes of the base colour image that the glTF file of a frame number brings along.
-std::string load_embedded_atlas(const Capture &capture, int64_t frame);
+// The picture that the mesh file of a frame number brings along.
+MeshPicture load_embedded_atlas(const Capture &capture, int64_t frame);
 
 // The environment, which must be there, in metres and in the world of the meshes.
 struct Environment;

@@ -26,6 +26,8 @@ fvv_rational parse_frame_rate(const char *option, const std::string &text);
 std::optional<double> parse_units(const std::string &text);
 // Of --up: "+y".
 uint8_t parse_up(const std::string &text);
+// Of files that a shell makes of m*.obj without quotes: the pattern of all of them.
+std::string pattern_of_files(const char *option, const std::vector<std::string> &files);
 // Throws Error (usage) for patterns that are none, and for inputs that lack what they need.
 void check_inputs(const Inputs &inputs);
 

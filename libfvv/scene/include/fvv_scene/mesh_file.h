@@ -112,10 +112,13 @@ Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limit
 // of a glTF file draws: out of the file, or of a file in its folder or below.
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
 
+struct MeshPicture {
+  std::string bytes, name; // name: for messages
+};
 // The picture that a mesh file brings, PNG, JPEG, WebP or OpenEXR, not decoded: parse_gltf_picture, or the
 // file that parse_obj_materials finds. Error for other formats, and where there is none.
 // limit: of decoding each of several pictures, which are packed into one.
-std::string read_mesh_picture(const std::string &path, const media::MemoryLimit &limit = {});
+MeshPicture read_mesh_picture(const std::string &path, const media::MemoryLimit &limit = {});
 bool may_bring_picture(const std::string &path); // by its extension: glTF and OBJ
 
 // MemoryError when reading a mesh file would take more than limit: the file, and what its size can declare.
@@ -126,8 +129,9 @@ void check_mesh_memory(const std::string &path, const media::MemoryLimit &limit)
 Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, MeshReport *report = nullptr,
                bool texture = false, bool normals = false, MeshExtras *extras = nullptr);
 bool is_gltf(const std::string &path); // by its extension
-// Whether a file says that there is nothing: a PLY file whose header declares 0 vertices and 0 faces, or an
-// OBJ file without any v and f. read_mesh refuses such a file. false for every other file, and for none.
+// Whether a file says that there is nothing: a PLY file whose header declares 0 vertices and no face, an OBJ
+// file without any v and f, or a glTF file no node of which has a mesh. read_mesh refuses such a file. false
+// for every other file, and for none.
 bool is_empty_mesh(const std::string &path);
 
 // Writers: the bytes of a file, the same for the same mesh everywhere. name: of the file, for messages.

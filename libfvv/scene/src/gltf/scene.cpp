@@ -475,6 +475,18 @@ Scene read_scene(std::string_view bytes, const std::string &path, const Animatio
   return SceneReader(bytes, path, limits, texture, normals).read(choice);
 }
 
+bool draws_nothing(std::string_view bytes, const std::string &path) {
+  try {
+    const Container container(bytes, path);
+    const auto nodes = container.root().find("nodes");
+    for (size_t i = 0; nodes && i < nodes->size(); i++)
+      if (nodes->item(i).find("mesh")) return false;
+    return true;
+  } catch (const Error &) {
+    return false;
+  } // what is wrong is said when it is read
+}
+
 bool has_unlike_colours(std::string_view bytes, const std::string &path) {
   const Scene scene = read_scene(bytes, path, NoAnimation{}, limits_or_default(nullptr), Texture::pictures);
   return std::any_of(scene.drawn.begin(), scene.drawn.end(), [&](uint32_t node) {

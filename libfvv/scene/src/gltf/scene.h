@@ -117,6 +117,9 @@ inline Texture texture_for(bool coordinates, const MeshExtras *extras) {
 Scene read_scene(std::string_view bytes, const std::string &path, const AnimationChoice &choice,
                  const fvv_limits &limits, Texture texture = Texture::skipped, bool normals = false);
 
+// Whether no node of the file has a mesh. bytes: as above. false for what is no glTF file.
+bool draws_nothing(std::string_view bytes, const std::string &path);
+
 // One item of meshes (primitive.cpp).
 MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, Texture texture,
                         bool normals);

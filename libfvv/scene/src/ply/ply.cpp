@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,7 +29,8 @@ std::string numbered(const PlyElement &element, uint64_t index) {
   return element.name + " " + std::to_string(index);
 }
 
-// Values of an ASCII body: one element per line, so that a missing value is found where it is missing.
+// Values of an ASCII body: an element begins and ends with a line, so that a missing value is found where it
+// is missing.
 class AsciiBody {
 public:
   AsciiBody(std::string_view bytes, const PlyHeader &header, const std::string &file)
@@ -37,6 +39,7 @@ public:
   void begin(const PlyElement &declared, uint64_t number) {
     element = &declared;
     index = number;
+    broken.clear();
     std::string_view words, word;
     do {
       line++;
@@ -66,11 +69,14 @@ public:
   void skip(const PlyProperty &property, uint64_t count) {
     for (uint64_t i = 0; i < count; i++) take(property.name);
   }
-  bool holds(uint64_t values, const PlyType &) const { return values <= (text.size() + 1) / 2; }
+  bool holds(uint64_t values, const PlyType &) const {
+    return values <= (text.size() + rest.size() + (rest.empty() ? 1 : 2)) / 2; // with a line end between both
+  }
   void finish() {
     std::string_view word;
-    if (next_word(text, word))
-      fail(numbered(*element, index) + ": expected the end of the line, found " + quote(word));
+    if (!next_word(text, word)) return;
+    if (!broken.empty()) throw Error(broken); // the next element begins there
+    fail(numbered(*element, index) + ": expected the end of the line, found " + quote(word));
   }
   void finish_file() {
     std::string_view word;
@@ -92,13 +98,19 @@ private:
 
   std::string_view take(const std::string &property) {
     std::string_view word;
-    if (!next_word(text, word))
-      fail(numbered(*element, index) + ": the line ends before " + property + " is complete");
+    while (!next_word(text, word)) {
+      if (broken.empty())
+        broken = name + ":" + std::to_string(line) + ": " + numbered(*element, index) +
+                 ": the line ends before " + property + " is complete";
+      if (!next_line(rest, text)) throw Error(broken);
+      line++;
+    }
     return word;
   }
 
   std::string_view rest, text;
   const std::string &name;
+  std::string broken; // what is wrong with an element that goes on in the next line, unless it ends with that
   uint64_t line, index = 0;
   const PlyElement *element = nullptr;
 };
@@ -198,6 +210,7 @@ public:
     const ConcavePolygons concave(mesh, polygons, report, name);
     concave.apply(mesh.faces, 1);
     concave.apply(of_corners, 2);
+    settle_bare();
     if (of_corners.empty())
       mesh.normals = std::move(of_vertices);
     else
@@ -209,6 +222,7 @@ private:
   void read_element(const PlyElement &element, uint64_t index) {
     double numbers[11]; // x y z u v nx ny nz red green blue
     bool has_texture = false, has_normal = false, has_colour = false;
+    std::optional<int64_t> picture;
     pairs.clear();
     body.begin(element, index);
     for (const PlyProperty &property : element.properties) {
@@ -220,18 +234,18 @@ private:
         read_strips(property, index);
         break;
       case PlyRole::corner_texture:
-        for (uint64_t i = list_size(property); i; i--) pairs.push_back(body.real(property));
+        for (uint64_t i = list_size(property); i; i--) pairs.push_back(body.real(property, true));
         has_texture = true;
         break;
       case PlyRole::texture_number:
-        check_picture(body.integer(property, property.type), index);
+        picture = body.integer(property, property.type);
         break;
       case PlyRole::unused:
         body.skip(property, property.is_list() ? list_size(property) : 1);
         break;
       default:
         numbers[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] =
-            body.real(property, (element.name == "vertex" && property.role <= PlyRole::z) ||
+            body.real(property, (element.name == "vertex" && property.role <= PlyRole::v) ||
                                     property.role >= PlyRole::red);
         has_texture = has_texture || property.role == PlyRole::u;
         has_normal = has_normal || property.role == PlyRole::nx;
@@ -247,6 +261,7 @@ private:
       if (has_texture) mesh.texture.insert(mesh.texture.end(), {numbers[3], 1 - numbers[4]});
       if (has_colour) of_points.insert(of_points.end(), numbers + 8, numbers + 11);
     } else {
+      if (picture) check_picture(*picture, index);
       if (has_texture) append_pairs(index);
       if (has_colour) add_to_corners(numbers + 8);
     }
@@ -254,13 +269,41 @@ private:
   }
 
   // The fan of append_fan again, u v for each of its corners. PLY counts v from the bottom of the picture.
+  // Of a face that has none they are not numbers.
   void append_pairs(uint64_t index) {
+    if (pairs.empty()) pairs.assign(corners.size() * 2, NAN);
     if (pairs.size() != corners.size() * 2)
       body.fail("face " + std::to_string(index) + ": expected " + std::to_string(corners.size() * 2) +
                 " numbers in texcoord, found " + std::to_string(pairs.size()));
     for (size_t i = 1; i + 1 < corners.size(); i++)
       for (const size_t corner : {size_t(0), i, i + 1})
         of_corners.insert(of_corners.end(), {pairs[corner * 2], 1 - pairs[corner * 2 + 1]});
+  }
+
+  // Faces without texture coordinates beside others have no picture.
+  void settle_bare() {
+    std::vector<double> &values = of_corners.empty() ? mesh.texture : of_corners;
+    const auto has_numbers = [&](size_t corner) {
+      const double *pair = &values[2 * (of_corners.empty() ? mesh.faces[corner] : corner)];
+      return std::isfinite(pair[0]) && std::isfinite(pair[1]);
+    };
+    std::vector<size_t> bare;
+    for (size_t i = 0; !values.empty() && i < mesh.faces.size(); i += 3)
+      if (!has_numbers(i) || !has_numbers(i + 1) || !has_numbers(i + 2)) bare.push_back(i / 3);
+    if (!bare.empty() && (bare.size() == mesh.face_count() || !numbers_of_faces))
+      throw Error(name + ": expected texture coordinates of all faces, found none of " +
+                  std::to_string(bare.size()) + " of " + std::to_string(mesh.face_count()) +
+                  " triangles: give them a place of the atlas, or read the mesh without one (" +
+                  option_name("atlas", "none") + ")");
+    for (double &value : values)
+      if (!std::isfinite(value)) value = 0.5; // of what is not shown
+    if (bare.empty()) return;
+    numbers_of_faces->resize(mesh.face_count(), 0);
+    for (const size_t face : bare) {
+      int64_t &picture = (*numbers_of_faces)[face];
+      report.untextured += picture >= 0; // the others are said to have none
+      picture = -1;
+    }
   }
 
   // Of a face, whose elements may precede those of the vertices.
@@ -292,11 +335,14 @@ private:
       numbers_of_faces->resize(mesh.face_count(), picture);
       return;
     }
-    if (picture < 0) // as MeshLab has it
-      body.fail("face " + std::to_string(index) + ": has no picture (texnumber " + std::to_string(picture) +
-                "), others have: give it a place of the atlas, or read the mesh without one");
     if (index == 0) first_picture = picture;
-    if (picture != first_picture)
+    if (picture == first_picture) return; // also where all have -1: they address the atlas that is named
+    if (picture < 0 || first_picture < 0)
+      body.fail("face " + std::to_string(picture < 0 ? index : 0) + ": has no picture (texnumber " +
+                std::to_string(std::min(picture, first_picture)) +
+                "), others have: give it a place of the atlas, or read the mesh without one (" +
+                option_name("atlas", "none") + ")");
+    else
       body.fail("face " + std::to_string(index) + ": has texture " + std::to_string(picture) +
                 ", others have " + std::to_string(first_picture) + ": expected one atlas for all faces");
   }
@@ -370,7 +416,7 @@ private:
   std::vector<Polygon> polygons;
   std::vector<uint32_t> corners;   // of the last face
   std::vector<double> pairs;       // of that
-  std::vector<double> of_corners;  // u v for each corner of mesh.faces, or empty
+  std::vector<double> of_corners;  // u v for each corner of mesh.faces, or empty; NaN: it has none
   std::vector<double> of_vertices; // normals, or empty
   int64_t first_picture = 0;
 };
@@ -434,6 +480,10 @@ Mesh parse_ply_pictures(std::string_view bytes, const std::string &name, const f
   std::vector<int64_t> numbers;
   Mesh mesh = read(bytes, header, name, bounds, report ? *report : ignored, nullptr, &numbers);
   numbers.resize(mesh.face_count(), 0);
+  // Programs that know one picture alone write -1 of all faces.
+  if (header.pictures.size() == 1 &&
+      std::all_of(numbers.begin(), numbers.end(), [](int64_t number) { return number < 0; }))
+    numbers.assign(numbers.size(), 0);
   for (const int64_t number : numbers) {
     FacePicture one;
     if (number >= int64_t(header.pictures.size()))
