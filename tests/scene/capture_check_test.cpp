@@ -198,7 +198,7 @@ TEST_CASE("a video is refused where it is missing, is none, or has another size"
   const auto found = [&](const VideoProbe &video_probe) {
     return check_files(folder.capture, probe, video_probe).problems;
   };
-  const VideoFacts facts = {480, 270, 90, {{1, 25}, {0, 1, 2, 3, 4}}, {}};
+  const VideoFacts facts = {480, 270, 90, {{1, 25}, {0, 1, 2, 3, 4}}, {}, {}};
   CHECK(found({}) == Sentences{"camera 3: pictures a.mp4: is missing"});
   folder.write("a.mp4", "video");
   CHECK(found([](const auto &, auto) -> VideoFacts { throw fvv::Error("a.mp4: is no video"); }) ==
