@@ -222,7 +222,8 @@ def _depth(mask: NDArray[numpy.uint8]) -> NDArray[numpy.float32]:
     inside = (mask > 0).astype(numpy.uint8)
     size = cv2.DIST_MASK_5
     depth: NDArray[numpy.float32] = cv2.distanceTransform(inside, cv2.DIST_L2, size)
-    return depth - cv2.distanceTransform(1 - inside, cv2.DIST_L2, size)
+    outside: NDArray[numpy.float32] = cv2.distanceTransform(1 - inside, cv2.DIST_L2, size)
+    return depth - outside
 
 
 def mask_of(work: Work, index: int, frame: int) -> NDArray[numpy.uint8]:
@@ -318,6 +319,7 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
     iou: list[float | None] = [None] * len(cameras)
     for i, value in zip(there, match):
         iou[i] = value
+    x, y, z = (0.0, 0.0, 0.0) if empty else numpy.ptp(made.positions, axis=0).tolist()
     return FrameResult(
         frame,
         iou,
@@ -329,7 +331,7 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
         clock,
         enclosed_volume(made.positions, made.indices),
         empty,
-        (0.0, 0.0, 0.0) if empty else tuple(float(v) for v in numpy.ptp(made.positions, axis=0)),
+        (x, y, z),
     )
 
 

@@ -1,6 +1,7 @@
 """Use of the package that mypy checks."""
 
 from concurrent.futures import ProcessPoolExecutor
+from typing import Union
 
 import fvv
 import fvv.distributed
@@ -15,7 +16,7 @@ def largest(path: str) -> float:
             mesh = frame.mesh
             if mesh is None:
                 continue
-            positions: NDArray[numpy.float32] = mesh.positions
+            positions: Union[NDArray[numpy.float32], NDArray[numpy.float64]] = mesh.positions
             camera: fvv.Camera = frame.cameras["cam0"]
             pixels: NDArray[numpy.float64] = camera.project(positions)
             heights.append(float(positions.max() + pixels.max()))
