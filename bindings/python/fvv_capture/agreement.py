@@ -1,4 +1,4 @@
-"""Which cameras do not agree with the others, and what may have happened to them.
+"""What the other cameras say: which cameras do not agree with them, and what a camera's key dropped that they see.
 
 A hull is an intersection: one camera that was pushed, turned round or taken for another cuts it wherever its silhouette is not that
 of the others, and all silhouettes suffer alike. Which one it is shows when each is left out in turn: without it the others fill
@@ -35,6 +35,8 @@ UNEXPLAINED = 0.06
 CAUSE = 0.04
 #: Below this mean IoU two cameras that spoil each other's test, as swapped ones do, are looked for together.
 BROKEN = 0.7
+#: `Key.changed` of a pixel that differs from the empty stage: the key's own threshold.
+UNLIKE = 128
 #: Cameras that are looked at together, at least.
 FEWEST = 4
 #: Pictures that a recording may be early or late by, to be found here.
@@ -116,6 +118,45 @@ def find(
     doubted = [i for i, _ in out]
     explained = [_explained(i, gain, doubted, cameras, masks, body, names, moment) for i, gain in out]
     return [doubt for doubt in explained if doubt.cause or doubt.gain >= UNEXPLAINED]
+
+
+def dropped(
+    cameras: Sequence[Camera | None],
+    outlines: Sequence[Mask | None],
+    changed: Sequence[Mask | None],
+    bounds: Bounds,
+    options: hull.HullOptions,
+) -> list[NDArray[numpy.bool_] | None]:
+    """For each camera the pixels that its key dropped although its picture is unlike the empty stage there and all other cameras see
+    something: a dark arm before a red wall is like a shadow of it to one camera, and no shadow hangs in the air.
+
+    outlines: masks, which are not changed. changed: `Key.changed`; None: the mask was given, and nothing is missing. What the others see is
+    a hull that one silhouette more may miss."""
+    there = [
+        i
+        for i, (camera, mask) in enumerate(zip(cameras, outlines))
+        if camera is not None and mask is not None
+    ]
+    out: list[NDArray[numpy.bool_] | None] = [None] * len(cameras)
+    if len(there) <= options.least_views + options.missed or all(change is None for change in changed):
+        return out
+    tolerant = dataclasses.replace(options, missed=options.missed + 1, smoothing=0)
+    seeing = [camera for i in there if (camera := cameras[i]) is not None]
+    body = hull.carve(seeing, [outlines[i] for i in there], bounds, tolerant)
+    if len(body.indices):
+        for i, camera in zip(there, seeing):
+            change = changed[i]
+            if change is not None:
+                out[i] = (hull.coverage(body.positions, body.indices, camera) > 0) & (change > UNLIKE)
+    return out
+
+
+def added(masks: Sequence[Mask | None], more: Sequence[NDArray[numpy.bool_] | None]) -> list[Mask | None]:
+    """Masks with more pixels."""
+    return [
+        mask if mask is None or pixels is None else numpy.where(pixels, 255, mask).astype(numpy.uint8)
+        for mask, pixels in zip(masks, more)
+    ]
 
 
 def _outstanding(sets: Sequence[list[int]], gains: Sequence[float]) -> tuple[list[int], float]:

@@ -79,6 +79,7 @@ class Key:
 
     mask: Mask  #: (height, width): 255 inside subjects, else 0.
     matte: Mask  #: (height, width): how much a pixel looks like foreground, 128 at the threshold, before pieces are dropped.
+    changed: Mask  #: (height, width): the same for how unlike the plate it is, shadows included.
     confidence: float  #: 0 to 1, see `Keyer.key`.
     pieces: int  #: Connected pieces of the mask.
     spill: float  #: 0 to 1: pixels at the outline that have the tint of the backing; 0 where there is no backing.
@@ -220,7 +221,7 @@ class Keyer:
         taken = []
         for picture in learn[::step]:
             reduced = small(picture, self._scale)
-            score = self._difference(reduced)
+            score, _ = self._difference(reduced)
             mask = self._pieces(score, None)[0]
             # What was never seen without a subject, and is surrounded by one, is one.
             closed = _filled(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, box))
@@ -253,19 +254,17 @@ class Keyer:
             within = cv2.resize(
                 garbage, (reduced.shape[1], reduced.shape[0]), interpolation=cv2.INTER_NEAREST
             )
-        score, unsure = self._scores(reduced)
+        score, changed, unsure = self._scores(reduced)
         score = plain = _sharpened(score)
         if self.options.refine == "graph" and self._plate is not None:
             score = self._cut(reduced, score, within)
         ratio = None if self._model is None else self._model.ratio(reduced)
         mask, pieces = self._pieces(score, within, ratio)
         confidence = self._confidence(plain, mask, unsure)
-        matte: Mask = numpy.clip(score * 127.5 + 0.5, 0, 255).astype(numpy.uint8)
+        matte, change = (numpy.clip(s * 127.5 + 0.5, 0, 255).astype(numpy.uint8) for s in (score, changed))
         if scale < 1:
-            mask, matte = (
-                self._enlarged(mask, score, size),
-                cv2.resize(matte, size, interpolation=cv2.INTER_LINEAR),
-            )
+            mask = self._enlarged(mask, score, size)
+            matte, change = (cv2.resize(m, size, interpolation=cv2.INTER_LINEAR) for m in (matte, change))
         if self.options.refine == "edge":
             mask = _along_edges(picture, mask)
         if garbage is not None:
@@ -274,14 +273,16 @@ class Keyer:
         if not mask.any():
             notes.append("nothing is keyed: the picture is like its background")
         spill = 0.0 if self._backing is None else self._backing.spill(picture, mask)
-        return Key(mask, matte, confidence, pieces, spill, self.mode, tuple(notes))
+        return Key(mask, matte, change, confidence, pieces, spill, self.mode, tuple(notes))
 
-    def _scores(self, reduced: Picture) -> tuple[Floats, Flags | None]:
-        """(h, w): 1 at the threshold, more is foreground; and where the background is not known."""
+    def _scores(self, reduced: Picture) -> tuple[Floats, Floats, Flags | None]:
+        """(h, w) each: 1 at the threshold, more is foreground; the same before shadows are dropped; and where the background is
+        not known."""
         if self._plate is None:
             assert self._backing is not None
-            return self._backing.score(reduced) / numpy.float32(self.options.tolerance), None
-        score = self._difference(reduced)
+            score = self._backing.score(reduced) / numpy.float32(self.options.tolerance)
+            return score, score, None
+        score, changed = self._difference(reduced)
         if self._model is not None and not self._seen.all():
             # Where the background was never seen only colours are left to go by.
             likely = numpy.clip(1 + 0.5 * cv2.blur(self._model.ratio(reduced), (3, 3)), 0, 3)
@@ -292,16 +293,16 @@ class Keyer:
             # On the screen its colour decides: creases and shadows differ from the plate and not in colour.
             screen = self._backing.score(numpy.clip(self._colour, 0, 255).astype(numpy.uint8)) < 1
             score = numpy.where(screen, numpy.maximum(chroma, 0.5 * score), score)
-        return score, ~self._seen
+        return score, numpy.maximum(score, changed), ~self._seen
 
-    def _difference(self, reduced: Picture) -> Floats:
-        """Score against the plate (h, w)."""
+    def _difference(self, reduced: Picture) -> tuple[Floats, Floats]:
+        """Scores against the plate (h, w), without and with shadows."""
         gain, offset = drift(reduced, self._colour, self._seen)
         expected = self._colour * gain + offset
         inverse = 1 / self._noise
         rest = (reduced - expected) * inverse
         limit = numpy.float32(THRESHOLD * self.options.tolerance)
-        score = smoothed(numpy.sqrt(_sum3(rest * rest)) / limit)
+        changed = score = smoothed(numpy.sqrt(_sum3(rest * rest)) / limit)
         # Brightness and chromaticity distortion, Horprasert, Harwood and Davis 1999.
         scaled = expected * inverse
         norm = _sum3(scaled * scaled)
@@ -318,7 +319,7 @@ class Keyer:
             # A shadow is an area. Thin ones are outlines, where dark clothes mix with the background.
             area = cv2.morphologyEx(shaded, cv2.MORPH_OPEN, numpy.ones((7, 7), numpy.uint8)) > 0
             score = numpy.where(area, numpy.minimum(score, calm), score)
-        return score.astype(numpy.float32)
+        return score.astype(numpy.float32), changed.astype(numpy.float32)
 
     def _cut(self, reduced: Picture, score: Floats, within: Mask | None) -> Floats:
         """The score after the least cut: 0 to 2, 1 on the outline."""

@@ -21,7 +21,7 @@ from fvv.errors import DamagedError, Error, UsageError
 from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-from . import hull
+from . import agreement, hull
 from .clean_plate import median_plate, plate_of
 from .keying import Key, Keyer, KeyOptions, volume_matte
 from .opencv import named
@@ -54,6 +54,7 @@ class Options:
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None = (
         None  #: Metres; None: found.
     )
+    agree: bool = True  #: Keys are completed by what the other cameras see.
     keep_grids: bool = False  #: Write grids/NNNN.npz beside the meshes.
 
 
@@ -297,6 +298,11 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
     seeing = [camera for camera in cameras if camera is not None]
     with _timed(clock, "key"):
         outlines = silhouettes(work, frame, cameras, masks)
+        if work.options.agree and work.bounds is not None:
+            changed = [None if key is None else key.changed for key in keys]
+            options = work.options.hull
+            more = agreement.dropped(cameras, outlines, changed, work.bounds, options)
+            outlines, masks = agreement.added(outlines, more), agreement.added(masks, more)
     own = [outlines[i] for i in there]
     with _timed(clock, "carve"):
         made = hull.carve(seeing, own, work.bounds, work.options.hull)
@@ -305,12 +311,11 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
             [None] * len(seeing) if empty else hull.silhouette_iou(made.positions, made.indices, seeing, own)
         )
     with _timed(clock, "write"):
-        for index, key in enumerate(keys):
-            if work.keyers[index] is None:
+        for index, keyer in enumerate(work.keyers):
+            if keyer is None:
                 continue
-            mask = (
-                _empty(work, index) if key is None else key.mask
-            )  # a frame without a calibration has a file too
+            # A frame without a calibration has a file too.
+            mask = _empty(work, index) if masks[index] is None else masks[index]
             _write_png(os.path.join(work.folder, mask_name(names[index]), f"{frame:04d}.png"), mask)
         if not empty:
             write_ply(os.path.join(work.folder, "meshes", f"{frame:04d}.ply"), made.positions, made.indices)

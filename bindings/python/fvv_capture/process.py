@@ -495,7 +495,7 @@ def _sheet(work: Work, shoot: _Shoot) -> bytes:
             picture = reader.picture(index, number)
             if key is None:  # a given mask, or none at a frame without a calibration
                 mask = numpy.zeros(picture.shape[:2], numpy.uint8) if mask is None else mask
-                key = Key(mask, mask, 1.0, 0, 0.0, "given")
+                key = Key(mask, mask, mask, 1.0, 0, 0.0, "given")
             keys[index].append(key)
             pictures[index].append(picture)
     drawn = draw(keys, pictures, shoot.names, frames)

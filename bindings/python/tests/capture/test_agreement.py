@@ -129,3 +129,43 @@ def test_few_cameras_and_none_say_nothing(exact):
     nothing = [numpy.zeros(SIZE[::-1], numpy.uint8)] * len(NAMES)
     assert doubts(nothing) == {}
     assert agreement.find([None] * 8, [None] * 8, BOUNDS, OPTIONS, NAMES) == []
+
+
+def without_arm(mask, arm):
+    return numpy.where(arm, 0, mask).astype(numpy.uint8)
+
+
+def test_what_a_key_dropped_comes_back_where_the_picture_has_changed(exact):
+    """One camera takes an arm for a shadow. The others see it, and so does the picture."""
+    hidden = body(0).split()[2]
+    arm = hull.coverage(hidden.vertices, hidden.faces, CAMERAS[0]) > 0
+    arm &= numpy.roll(arm, 12, axis=1)
+    keyed = [without_arm(exact[0], arm), *exact[1:]]
+    changed = [*exact]
+    before = hull.silhouette_iou(*surface(keyed), CAMERAS, exact)
+    more = agreement.dropped(CAMERAS, keyed, changed, BOUNDS, OPTIONS)
+    after = agreement.added(keyed, more)
+    assert (after[0][arm] > 0).mean() > 0.8  # cells are four pixels wide
+    assert numpy.mean(hull.silhouette_iou(*surface(after), CAMERAS, exact)) > numpy.mean(before) + 0.01
+    # A picture that is as the empty stage there is right: that is what cuts the hull.
+    empty = [without_arm(exact[0], arm), *exact[1:]]
+    more = agreement.dropped(CAMERAS, keyed, empty, BOUNDS, OPTIONS)
+    assert not agreement.added(keyed, more)[0][arm].any()
+    # Masks that were given are not changed.
+    assert agreement.dropped(CAMERAS, keyed, [None] * 8, BOUNDS, OPTIONS) == [None] * 8
+
+
+def test_a_shadow_on_the_ground_does_not_come_back(exact):
+    """It changes every picture, and is in no mask."""
+    ground = trimesh.creation.box((0.8, 0.01, 0.5))
+    ground.apply_translation([-0.4, 0.0, 0.3])
+    shadows = [hull.coverage(ground.vertices, ground.faces, one) > 0 for one in CAMERAS]
+    changed = [numpy.where(shadow, 255, m).astype(numpy.uint8) for shadow, m in zip(shadows, exact)]
+    more = agreement.added(exact, agreement.dropped(CAMERAS, exact, changed, BOUNDS, OPTIONS))
+    extra = sum(int((m > 0).sum() - (e > 0).sum()) for m, e in zip(more, exact))
+    assert extra < 0.06 * sum(int(s.sum()) for s in shadows)
+
+
+def surface(of):
+    made = hull.carve(CAMERAS, of, BOUNDS, hull.HullOptions(least_views=4, cell=0.02))
+    return made.positions, made.indices
