@@ -69,6 +69,10 @@ int64_t later(int64_t time, int64_t difference) { // modulo 2^64, as in the tabl
   return static_cast<int64_t>(static_cast<uint64_t>(time) + static_cast<uint64_t>(difference));
 }
 
+int64_t earlier(int64_t time, int64_t difference) { // the inverse
+  return static_cast<int64_t>(static_cast<uint64_t>(time) - static_cast<uint64_t>(difference));
+}
+
 using Key = std::tuple<int64_t, uint32_t, uint16_t, uint8_t, uint8_t, uint64_t>;
 
 Key key_of(const fvv_chunk_header &h) {
@@ -182,7 +186,7 @@ std::optional<Head> prove_head(const std::vector<Chunk> &found, const End &end,
            h.size == row.size;
   });
   if (first == found.end()) return std::nullopt;
-  Head head = {end.sequence, 0, later(first->header.time, -row.difference), end.time};
+  Head head = {end.sequence, 0, earlier(first->header.time, row.difference), end.time};
   if (head.start >= head.end) return std::nullopt;
   const Slots slots = by_table(found, head.start, end);
   for (const uint32_t digest : digests) {

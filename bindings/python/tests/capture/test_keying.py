@@ -344,7 +344,9 @@ def test_errors(room, plate):
 @pytest.mark.parametrize("shape", [(0, 0), (0, 8)])
 def test_what_opencv_cannot_draw_names_camera_and_frame(shape):
     empty = numpy.zeros(shape, numpy.uint8)
-    key = keying.Key(mask=empty, matte=empty, confidence=1.0, pieces=0, spill=0.0, mode="chroma")
+    key = keying.Key(
+        mask=empty, matte=empty, changed=empty, confidence=1.0, pieces=0, spill=0.0, mode="chroma"
+    )
     picture = numpy.zeros((9, 16, 3), numpy.uint8)
     with pytest.raises(Error, match=r"^camera left: frame 7: OpenCV \S+: .*\(resize\)$") as found:
         sheet.draw([[key]], [[picture]], ["left"], [7])
