@@ -58,8 +58,10 @@ def measure(clip_arguments):
     without, chosen = experiment.packed(long), experiment.packed(long, *GOAL)
     found = chosen.summary["view_loss"]
     texturing = ("--texture-threshold", found["threshold"], "--texture-best", found["best"])
+    surface = ("--max-error", found["max_error"], "--step", f"{found['step']}m")
+    weights = "weight" if chosen.summary["visibility"].get("bytes") else "none"
     given = experiment.packed(
-        long, "--quality", f"{found['picture_psnr']}dB", "--max-error", found["max_error"], *texturing
+        long, "--quality", f"{found['picture_psnr']}dB", *surface, "--visibility", weights, *texturing
     )
     # Against the same options: finer meshes take longer to encode, however they were chosen.
     figures["spend.time_over_without"] = (chosen.seconds - given.seconds) / without.seconds

@@ -177,12 +177,17 @@ TEST_CASE("options in all their spellings") {
                                                      {"vp9", FVV_CODEC_VP09},
                                                      {"av1", FVV_CODEC_AV01}};
   for (const auto &[name, code] : names) CHECK(parse_codec("codec", name) == code);
-  for (const char *wrong : {"", "dB", "0", "101", "23.5", "+23", "0dB", "101dB", "-1dB", "42 dBx"})
+  for (const char *wrong : {"", "dB", "0", "101", "0.5", "+23", "0dB", "101dB", "-1dB", "42 dBx"})
     CHECK(
         usage_error([&] { quality(wrong, "h264"); }) ==
         std::string("--quality: expected a PSNR such as 42dB, libjpeg's quality from 1 to 100, a CRF from 1 "
                     "to 51 or 63, or lossless, found \"") +
             wrong + "\"");
+  CHECK(quality("23.625", "h264").value == 23.625);
+  CHECK(usage_error([&] { quality("23.3", "hevc"); }) ==
+        "--quality: expected a PSNR such as 42dB, or a CRF from 1 to 51, in parts of 1/8, found \"23.3\"");
+  CHECK(usage_error([&] { quality("23.5", "vp9"); }) ==
+        "--quality: expected a PSNR such as 42dB, or a CRF from 1 to 63, a whole number, found \"23.5\"");
   CHECK(usage_error([&] { quality("52", "h264"); }) ==
         "--quality: expected a PSNR such as 42dB, or a CRF from 1 to 51, found \"52\"");
   CHECK(usage_error([&] { quality("42dB", "exr"); }) ==

@@ -137,6 +137,10 @@ TEST_CASE("visibility pays up to a tenth of the pictures") {
   choice.on = choice.open = true;
   for (const uint64_t bytes : {100u, 101u})
     CHECK(mux::decide_visibility(choice, bytes, 1000).on == (bytes == 100));
+  // Less where bytes have to be seen.
+  choice.by_views = true;
+  for (const uint64_t bytes : {20u, 21u})
+    CHECK(mux::decide_visibility(choice, bytes, 1000).on == (bytes == 20));
   // Explicit choices stay.
   choice.open = false;
   CHECK(mux::decide_visibility(choice, 5000, 1000).on);

@@ -56,9 +56,10 @@ class EncodeOptions(TypedDict, total=False):
     #: Jpeg, h264, hevc, vp9, av1, or exr: light beyond white stays as it is, from pictures in OpenEXR. Default:
     #: h264.
 
-    quality: int | str | None
+    quality: float | str | None
     #: Luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own number: JPEG 1 to 100,
-    #: CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has lossless alone. Default: 42dB, of exr lossless.
+    #: CRF 1 to 51 in eighths (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has lossless alone. Default: 42dB, of exr
+    #: lossless.
 
     view_loss: float | str | None
     #: Choose for the scene what is not set: the quality of pictures, max_error, and how players blend, for the

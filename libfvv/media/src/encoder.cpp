@@ -6,6 +6,7 @@
 #include "fvv_media/exr.h"
 #include "rate.h"
 
+#include <cmath>
 #include <cstring>
 #include <optional>
 #include <type_traits>
@@ -27,6 +28,11 @@ template <class Sample> void check_settings(const VideoSettings &settings, size_
   if (!linear && settings.bit_depth != BasicFrame<Sample>::bit_depth)
     throw Error("pictures of " + std::to_string(8 * sizeof(Sample)) + " bits came for video of " +
                 std::to_string(settings.bit_depth) + " bits a sample");
+  if (!(settings.parts >= 0 && settings.parts < 1) ||
+      std::fmod(settings.parts * parts_of_quality(settings.codec), 1) != 0)
+    throw Error(std::string("the quality of ") + codec->name + " has " +
+                std::to_string(parts_of_quality(settings.codec)) + " parts a unit, found " +
+                std::to_string(settings.parts));
   check_dimensions(settings.width, settings.height, "a video frame");
   if (!frames) throw Error("a group needs at least one frame");
 }
@@ -240,7 +246,7 @@ EncodedGroup encode_group(const VideoSettings &settings, const GroupSource<Sampl
     return group;
   };
   return settings.bit_rate ? encode_to_rate(settings, frames.count, with_quality)
-                           : with_quality(settings.quality);
+                           : with_quality(settings.quality + settings.parts);
 }
 
 #define FVV_INSTANTIATE(Sample)                                                                              \

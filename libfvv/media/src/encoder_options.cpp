@@ -168,6 +168,11 @@ const VideoEncoder *find_encoder(uint32_t codec) {
   return nullptr;
 }
 
+int parts_of_quality(uint32_t code) {
+  const VideoEncoder *encoder = find_encoder(code);
+  return encoder ? encoder->steps_per_unit : 1;
+}
+
 uint64_t encoding_memory(const VideoSettings &settings, size_t frames) {
   constexpr double still = 15; // a picture, at most in floats
   constexpr int draft_ahead = 10, draft_kept = 1;

@@ -66,6 +66,7 @@ public:
   int best() const { return good.step; }
   double worst_db() const { return bad.db; }
   double best_db() const { return good.db; }
+  double fall_of_step() const { return fall; } // dB
 
 private:
   // good reaches the target, bad does not; -1 and steps: not tried.
@@ -83,6 +84,38 @@ private:
 bool has_drafts(uint32_t codec) {
   const VideoEncoder *encoder = find_encoder(codec);
   return encoder && !encoder->draft.empty();
+}
+
+size_t bytes_of(const MeasuredGroup &measured) {
+  size_t sum = 0;
+  for (const Sample &sample : measured.group.samples) sum += sample.bytes.size();
+  return sum;
+}
+
+// Spends what a whole step of the quality leaves above the target. tried: that step; fall: dB a step, about.
+// Two tries find the part, or the one before it.
+template <class SampleType>
+void use_parts(VideoSettings tried, const GroupSource<SampleType> &frames, double target_db, double fall,
+               MeasuredGroup &chosen) {
+  const int parts = parts_of_quality(tried.codec);
+  int left = 2, good = 0, bad = parts;
+  double from = chosen.psnr;
+  while (left-- && std::isfinite(from) && bad - good > 1) {
+    const int ahead = good + int(std::floor((from - target_db) / fall * parts));
+    const int part = std::clamp(ahead, good, bad - 1);
+    if (part == good) return;
+    tried.parts = double(part) / parts;
+    MeasuredGroup group = encode_measured(tried, frames);
+    fall = (from - group.psnr) / (part - good) * parts;
+    if (group.psnr < target_db || bytes_of(group) >= bytes_of(chosen)) {
+      bad = part;
+      continue;
+    }
+    good = part;
+    from = group.psnr;
+    chosen = std::move(group);
+    if (!(fall > 0)) return;
+  }
 }
 
 } // namespace
@@ -106,13 +139,14 @@ MeasuredGroup encode_measured(const VideoSettings &settings, const GroupSource<S
 
 template <class SampleType>
 MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<SampleType> &frames,
-                             double target_db) {
+                             double target_db, bool in_parts) {
   const VideoCodec *codec = find_video_codec(settings.codec);
   if (!codec) refuse_codec(settings.codec);
   const int direction = codec->coarsest < codec->finest ? -1 : 1;
   const int steps = direction * (codec->coarsest - codec->finest) + 1;
   const auto quality_of = [&](int step) { return codec->finest + direction * step; };
   VideoSettings tried = settings;
+  tried.parts = 0;
   int first = int(std::lround(steps / 3.0 + (at_a_third - target_db) * steps / decibels));
   double fall = decibels / steps; // dB a step
   int drafted = -1;               // the best step of drafts
@@ -145,13 +179,17 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<Sa
     if (search.take(group.psnr)) chosen = std::move(group);
   }
   // The best one was tried, and its PSNR is a target that is reached.
-  if (search.best() < 0) return choose_quality(settings, frames, search.worst_db() - below_best);
+  if (search.best() < 0) return choose_quality(settings, frames, search.worst_db() - below_best, in_parts);
+  if (in_parts && parts_of_quality(settings.codec) > 1) {
+    tried.quality = quality_of(search.best());
+    use_parts(tried, frames, target_db, search.fall_of_step(), chosen);
+  }
   return chosen;
 }
 
 #define FVV_INSTANTIATE(Sample)                                                                              \
   template MeasuredGroup encode_measured(const VideoSettings &, const GroupSource<Sample> &);                \
-  template MeasuredGroup choose_quality(const VideoSettings &, const GroupSource<Sample> &, double);
+  template MeasuredGroup choose_quality(const VideoSettings &, const GroupSource<Sample> &, double, bool);
 FVV_INSTANTIATE(uint8_t)
 FVV_INSTANTIATE(uint16_t)
 FVV_INSTANTIATE(float)

@@ -447,23 +447,33 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
                      plan.capture.frame_duration,
                      options.bit_depth,
                      share_of_rate(plan, track)};
+  choice.settings.parts = options.quality.is_psnr ? 0 : options.quality.value - choice.settings.quality;
   const Sample<SampleType> sample(plan, track);
   choice.masks = sample.masked;
   choice.sample_frames = uint32_t(sample.count);
   media::EncodedGroup encoded;
   try {
-    if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
+    if (options.bit_rate) {
+      choice.settings.quality = middle_quality(options.codec);
+      choice.settings.parts = 0;
+    }
     const double first = options.quality.is_psnr || !best ? options.quality.value : best->sample_psnr;
     const double target = std::max(first + rung_loss * std::log2(plan.rung_scale(track.rung)),
                                    std::min(first, least_rung_psnr));
-    if (best && !options.bit_rate) choice.settings.quality = best->settings.quality;
+    if (best && !options.bit_rate) {
+      choice.settings.quality = best->settings.quality;
+      choice.settings.parts = best->settings.parts;
+    }
     // What is lossless stays so at every size.
     const bool search = !options.bit_rate && (best ? std::isfinite(first) : options.quality.is_psnr);
-    media::MeasuredGroup measured = search
-                                        ? media::choose_quality(choice.settings, sample.source(room), target)
-                                        : media::encode_measured(choice.settings, sample.source(room));
+    media::MeasuredGroup measured =
+        search ? media::choose_quality(choice.settings, sample.source(room), target, plan.view.on())
+               : media::encode_measured(choice.settings, sample.source(room));
     if (search) choice.target_psnr = target;
-    choice.settings.quality = int(std::lround(measured.group.quality));
+    // A rate is searched again from the nearest whole one.
+    choice.settings.quality =
+        int(options.bit_rate ? std::lround(measured.group.quality) : std::floor(measured.group.quality));
+    choice.settings.parts = options.bit_rate ? 0 : measured.group.quality - choice.settings.quality;
     choice.sample_psnr = measured.psnr;
     choice.record = measured.group.record;
     choice.codec_string = measured.group.codec_string;

@@ -9,6 +9,7 @@
 #include "fvv_media/video.h"
 #include "fvv_mux/encoder.h"
 #include "fvv_mux/options.h"
+#include "fvv_mux/report.h"
 #include "fvv_render/colour_match.h"
 #include "fvv_render/local_origin.h"
 #include "fvv_render/texture_inset.h"
@@ -81,8 +82,9 @@ struct WindingChoice {
 };
 
 struct VisibilityChoice {
-  bool on = false;    // of the first group at least
-  bool open = false;  // whether it pays is decided by the first group
+  bool on = false;       // of the first group at least
+  bool open = false;     // whether it pays is decided by the first group
+  bool by_views = false; // bytes have to be seen, as Options::view_loss asks
   bool known = false; // found for colours in any case: those of the first group are made before the decision
   uint8_t threshold = FVV_VISIBILITY_THRESHOLD;
   double cosine = 0.25;        // the places for which players use a camera
@@ -119,23 +121,12 @@ struct InsetChoice {
   render::TextureInset found;   // there
 };
 
-// What Options::view_loss led to: settings for what options leave open, and what they cost on the frames that
-// were tried. PSNR and SSIM are of cameras that were drawn from the others.
+// What Options::view_loss led to: settings for what options leave open.
 struct ViewChoice {
-  bool on = false;
-  std::string reason;   // why not, or why the goal is missed; empty: it is kept
-  double goal = 0;      // dB
-  int64_t frame = 0;    // number of the first one that was tried
-  size_t frames = 0;    // that were tried
-  double psnr = 0;      // of pictures, dB
-  double max_error = 0; // of meshes, as ErrorBudget::value
+  ViewReport report; // without it the other fields mean nothing
   fvv_texturing texturing = {};
-  double finest_psnr = 0, finest_ssim = 0;     // of the source's meshes and pictures
-  double default_psnr = 0, default_bytes = 0;  // without the choice; bytes: of meshes and pictures of a group
-  double held_out_psnr = 0, held_out_ssim = 0; // with it
-  double loss = 0;                             // dB, against default_psnr; less than 0: views gain
-  double between_psnr = 0;                     // half-way between cameras, against the finest
-  double bytes = 0;
+
+  bool on() const { return report.is_measured; }
 };
 
 // cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole

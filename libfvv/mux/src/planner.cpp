@@ -252,17 +252,22 @@ void plan_meshes(Plan &plan, const SampledScene &scene, const Tiling &cameras, d
 
 // What was chosen is as if options had set it.
 void apply_view_choice(Plan &plan, const SampledScene &scene, const Tiling &cameras, double delta_frames) {
-  const ViewChoice &view = plan.view;
+  const ViewReport &view = plan.view.report;
   Options &options = plan.options;
   if (options.quality.by_default) options.quality = {true, view.psnr};
   fvv_texturing usual;
   fvv_texturing_default(&usual);
-  const fvv_texturing &chosen = view.texturing;
+  const fvv_texturing &chosen = plan.view.texturing;
   if (chosen.threshold != fvv_texturing_threshold(chosen.blend)) options.texture_threshold = chosen.threshold;
   if (chosen.best != usual.best) options.texture_best = chosen.best;
-  if (view.max_error == plan.error.value) return;
-  options.max_error = {view.max_error, MaxError::pixels};
+  const double error = plan.error.value, step = plan.lattice.lattice.step;
+  if (view.max_error == error && view.step == step) return;
+  if (view.max_error != error) options.max_error = {view.max_error, MaxError::pixels};
   plan_meshes(plan, scene, cameras, delta_frames);
+  if (view.step == plan.lattice.lattice.step) return;
+  options.step = {view.step, !plan.capture.scale_unknown};
+  plan_meshes(plan, scene, cameras, delta_frames);
+  plan.lattice.reason = "as views between the cameras allow";
 }
 
 // bad: frames that are known to be unusable.
@@ -332,10 +337,11 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.tracks.back().part = plan.tracks.size() - 1;
   }
   plan.view = choose_by_view_loss(plan, scene, cameras, delta_frames);
-  if (plan.view.on) apply_view_choice(plan, scene, cameras, delta_frames);
+  if (plan.view.on()) apply_view_choice(plan, scene, cameras, delta_frames);
   plan.warned = warn_of_lattice(plan) || plan.warned;
   plan.warned = warn_of_tracking(plan) || plan.warned;
   plan.visibility = choose_visibility(plan.options, plan.capture, cameras);
+  plan.visibility.by_views = plan.view.on();
   plan.colours = choose_colours(plan, scene);
   if (plan.capture.atlas) {
     plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan, 0), {}});

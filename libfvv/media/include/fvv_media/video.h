@@ -30,6 +30,8 @@ struct VideoCodec {
 const std::vector<VideoCodec> &video_codecs();
 // NULL when there is none with this code.
 const VideoCodec *find_video_codec(uint32_t code);
+// Of a unit of its scale: 8 of H.264 and HEVC, 1 of others, whose encoders know whole numbers only.
+int parts_of_quality(uint32_t code);
 // Error, with the reason, unless bit_depth is the codec's shallowest or deepest.
 void check_bit_depth(const VideoCodec &codec, int bit_depth);
 
@@ -52,6 +54,8 @@ struct VideoSettings {
   // Where the codec can (H.264): in a fifth of the time, some tenths of a dB worse and a good part larger.
   // For searches.
   bool draft = false;
+  // Added to quality towards fewer bytes, 0 <= parts < 1, in parts_of_quality.
+  double parts = 0;
 };
 
 struct Sample {
@@ -63,7 +67,7 @@ struct EncodedGroup {
   std::vector<Sample> samples; // one per frame, in order; the first is a key
   std::vector<uint8_t> record; // as fvv_video_config has it; empty for stills
   std::string codec_string;    // RFC 6381, "avc1.640028"; empty for stills
-  double quality = 0;          // that it has; under a bit_rate parts of the scale's units where it has them
+  double quality = 0;          // that it has, with parts of the scale's units
   bool over_rate = false;      // even this, the coarsest quality, exceeds bit_rate
 };
 
@@ -167,10 +171,11 @@ MeasuredGroup encode_measured(const VideoSettings &settings, const GroupSource<S
 // The same at the cheapest quality that reaches target_db (settings.quality is ignored). Found by
 // interpolation, two to six encodings; of H.264 two to six drafts and mostly one encoding: the next cheaper
 // quality is not tried where the drafts leave no doubt. If no quality reaches target_db, the cheapest that is
-// no more than 0.1 dB worse than the best: its psnr is below target_db.
+// no more than 0.1 dB worse than the best: its psnr is below target_db. in_parts: with VideoSettings::parts,
+// for one or two more encodings.
 template <class SampleType>
 MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<SampleType> &frames,
-                             double target_db);
+                             double target_db, bool in_parts = false);
 template <class SampleType = uint8_t>
 MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
                              double target_db, const std::vector<Image> &masks = {}) {

@@ -200,7 +200,7 @@ struct VideoTrackReport : TrackBytes {
   int bit_depth = 8;
   uint32_t width = 0, height = 0;
   std::vector<uint16_t> cameras; // identifiers, in the order of the tiles
-  int quality = 0;               // of the codec's scale
+  double quality = 0;            // of the codec's scale
   uint32_t sample_frames = 0;    // by which quality was chosen or judged
   double sample_psnr = 0;        // dB; may be infinite
   double sample_rate = 0;        // bits a second
@@ -254,14 +254,15 @@ struct ViewReport {
   double goal = 0;          // dB
   bool is_measured = false; // else nothing but the reason follows
   std::string reason;       // why not, or why the goal is missed; empty: it is kept
-  int64_t frame = 0;        // number of the one that was looked at
+  int64_t frame = 0;        // number of the first one that was tried
   double psnr = 0;          // of pictures, dB
   double max_error = 0;     // of meshes, pixels, or a length
+  double step = 0;          // of their lattice
   bool is_length = false;
   bool is_paper = false; // the blend
   double threshold = 0;  // least cosine
   uint32_t best = 0;     // cameras at a place
-  double loss = 0;       // dB, of what the finest show
+  double loss = 0;       // dB, against the defaults; less than 0: views gain
   double finest_psnr = 0, finest_ssim = 0, default_psnr = 0, held_out_psnr = 0, held_out_ssim = 0;
   double between_psnr = 0; // half-way between cameras, against the finest; may be infinite
   double default_bytes = 0, bytes = 0;

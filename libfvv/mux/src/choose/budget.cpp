@@ -166,7 +166,7 @@ LatticeChoice choose_lattice(const Options &options, const SampledScene &scene, 
 
 bool warn_of_lattice(const Plan &plan) {
   const LatticeChoice &lattice = plan.lattice;
-  if (!plan.options.max_error || !plan.capture.meshes) return false;
+  if (!plan.options.max_error || !plan.capture.meshes || plan.view.on()) return false;
   const bool over = plan.error.is_length ? 0.5 * lattice.lattice.step > plan.error.value * (1 + 1e-9)
                                          : lattice.pixels > plan.error.value * (1 + 1e-9);
   if (over)

@@ -302,6 +302,8 @@ namespace {
 // Cells on the first mesh, measured in docs/encoding/colours.md. Key frames that follow each other take few
 // bytes each; one that serves a whole group may have more.
 constexpr double cells_of_each = 750, cells_of_runs = 3000;
+// Of these where bytes have to be seen: between cameras more make no difference (docs/encoding/view-loss.md).
+constexpr double cells_by_views = 0.4;
 constexpr uint8_t step_of_each = 24, step_of_runs = 12;
 // Occupied cells of side 1 for a surface of area 1.
 constexpr double cells_of_area = 1.15;
@@ -384,9 +386,10 @@ ColourChoice choose_colours(const Plan &plan, const SampledScene &scene) {
     choice.reason = "the atlas has the colours of the whole surface";
   else {
     choice.on = true;
-    const double cells = options.colour_cells         ? options.colour_cells
-                         : plan.has_constant_topology ? cells_of_runs
-                                                      : cells_of_each;
+    const double usual = plan.has_constant_topology ? cells_of_runs : cells_of_each,
+                 cells = options.colour_cells ? options.colour_cells
+                         : plan.view.on()     ? cells_by_views * usual
+                                              : usual;
     choice.cell_size = cell_size_for(plan, scene, cells);
     choice.step = plan.has_constant_topology ? step_of_runs : step_of_each;
     choice.reason =

@@ -52,6 +52,7 @@ struct Pictures {
 
 struct Meshes {
   double max_error = 0;          // as ErrorBudget::value
+  double step = 0;               // of the lattice
   double bytes = 0;              // of a group
   std::vector<Surface> surfaces; // of each frame
 };
@@ -123,8 +124,8 @@ public:
     return out;
   }
 
-  // max_error: none: as the plan has it.
-  Meshes meshes(const std::optional<MaxError> &max_error) const;
+  // max_error: none: as the plan has it. step: of the lattice; none: by the error.
+  Meshes meshes(const std::optional<MaxError> &max_error, const std::optional<double> &step = {}) const;
   // target: dB; none: as the options say.
   Pictures pictures(std::optional<double> target);
 
@@ -196,9 +197,10 @@ private:
 };
 
 template <class Sample> Pictures Trial::encode(const VideoTrack &track, std::optional<double> target) {
-  const media::VideoSettings settings = {plan.options.codec,          track.tiling.width,
-                                         track.tiling.height,         int(plan.options.quality.value),
-                                         plan.capture.frame_duration, plan.options.bit_depth};
+  media::VideoSettings settings = {plan.options.codec,          track.tiling.width,
+                                   track.tiling.height,         int(plan.options.quality.value),
+                                   plan.capture.frame_duration, plan.options.bit_depth};
+  if (!plan.options.quality.is_psnr) settings.parts = plan.options.quality.value - settings.quality;
   std::vector<media::BasicImage<Sample>> loaded;
   std::vector<media::Image> foreground;
   bool masked = false;
@@ -212,7 +214,8 @@ template <class Sample> Pictures Trial::encode(const VideoTrack &track, std::opt
   auto source = media::GroupSource<Sample>::borrowed(loaded, masked ? foreground : media::no_masks);
   source.reserve = [this](uint64_t bytes) { return room.reserve(bytes); };
   const media::MeasuredGroup measured =
-      target ? media::choose_quality(settings, source, *target) : media::encode_measured(settings, source);
+      target ? media::choose_quality(settings, source, *target, *target <= least_camera_psnr)
+             : media::encode_measured(settings, source);
   Pictures out;
   out.psnr = measured.psnr;
   const fvv_video_config config = media::config_of(settings, measured.group);
@@ -248,9 +251,10 @@ Pictures Trial::pictures(std::optional<double> target) {
   return out;
 }
 
-Meshes Trial::meshes(const std::optional<MaxError> &max_error) const {
+Meshes Trial::meshes(const std::optional<MaxError> &max_error, const std::optional<double> &step) const {
   Plan part = plan;
   if (max_error) part.options.max_error = max_error;
+  if (step) part.options.step = {*step, !plan.capture.scale_unknown};
   part.options.track = Track::never; // takes long, and changes little of what is seen
   part.tracking.on = false;
   part.error = choose_budget(part.options, scene);
@@ -271,6 +275,7 @@ Meshes Trial::meshes(const std::optional<MaxError> &max_error) const {
   }
   Meshes out;
   out.max_error = part.error.value;
+  out.step = part.lattice.lattice.step;
   DecodedMeshes decoded(plan.capture.path);
   std::vector<size_t> bytes;
   for (size_t i = 0; i < encoded.size(); i++) {
@@ -401,11 +406,13 @@ struct TriedMeshes {
 };
 
 // First those of the budget that holds without the choice. Then finer ones, as long as they gain more than
-// the goal, and coarser ones, as long as they lose no more than that.
+// the goal, and coarser ones, as long as they lose no more than that. Last those on a coarser lattice: of
+// meshes that change from frame to frame each frame pays for the lattice, and spends on triangles what that
+// leaves.
 std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const Judge &judge, double goal) {
   std::vector<TriedMeshes> out;
-  const auto attempt = [&](const std::optional<MaxError> &error) {
-    Meshes meshes = trial.meshes(error);
+  const auto attempt = [&](const std::optional<MaxError> &error, const std::optional<double> &step = {}) {
+    Meshes meshes = trial.meshes(error, step);
     const double seen = judge.held_out(&meshes, nullptr).luma_error();
     out.push_back({std::move(meshes), seen});
     return render::loss_db(out[0].error, seen);
@@ -419,6 +426,10 @@ std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const 
     if (attempt(MaxError{pixels, MaxError::pixels}) > -goal) break;
   for (const double pixels : coarser_errors)
     if (attempt(MaxError{pixels, MaxError::pixels}) > goal) break;
+  if (plan.has_constant_topology || plan.capture.lattice) return out;
+  const double coarser = geometry::round_down_125(2.51 * plan.lattice.lattice.step); // the next of 1, 2, 5
+  for (const double pixels : {plan.error.value, coarser_errors[0], coarser_errors[1]})
+    if (attempt(MaxError{pixels, MaxError::pixels}, coarser) > goal) break;
   return out;
 }
 
@@ -491,53 +502,58 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
                                double delta_frames) {
   ViewChoice choice;
   if (!plan.options.view_loss) return choice;
-  choice.goal = *plan.options.view_loss;
-  choice.reason = obstacle(plan);
-  if (!choice.reason.empty()) return choice;
+  ViewReport &found = choice.report;
+  found.goal = *plan.options.view_loss;
+  found.reason = obstacle(plan);
+  if (!found.reason.empty()) return choice;
   Trial trial(plan, scene, tiling, delta_frames);
   if (!trial.frame_count()) {
-    choice.reason = "the middle group begins with an empty stage";
+    found.reason = "the middle group begins with an empty stage";
     return choice;
   }
   const fvv_texturing given = texturing_or_default(plan);
   choice.texturing = choose_blend(plan, trial);
   const Judge judge(trial, trial.view_options(choice.texturing), trial.frame_count());
   if (judge.pixels() < render::least_compared) {
-    choice.reason = "cameras share too little surface to tell what views lose";
+    found.reason = "cameras share too little surface to tell what views lose";
     return choice;
   }
   if (judge.of_source().psnr() > exact) {
-    choice.reason = "cameras draw each other exactly, so their views tell nothing";
+    found.reason = "cameras draw each other exactly, so their views tell nothing";
     return choice;
   }
-  choice.on = true;
-  choice.frame = trial.first_frame();
-  choice.frames = trial.frame_count();
-  const std::vector<TriedMeshes> meshes = try_meshes(plan, trial, judge, choice.goal);
+  found.is_measured = true;
+  found.frame = trial.first_frame();
+  const std::vector<TriedMeshes> meshes = try_meshes(plan, trial, judge, found.goal);
   const PictureCurve curve = try_pictures(plan, trial, Judge(trial, trial.view_options(choice.texturing), 1));
   const std::vector<Combination> all = combinations(meshes, curve);
   // Meshes as they would be, and the best pictures that were tried.
   const Combination by_default =
       *std::find_if(all.rbegin(), all.rend(), [](const Combination &one) { return one.meshes == 0; });
-  const Combination best = cheapest(all, by_default, choice.goal);
+  const Combination best = cheapest(all, by_default, found.goal);
   const Meshes &chosen = meshes[best.meshes].meshes;
   std::optional<Pictures> encoded;
   const Pictures *pictures = curve.tried(best.psnr);
   if (!pictures) pictures = &encoded.emplace(trial.pictures(best.psnr));
   const auto [seen, between] = judge.everywhere(&chosen, pictures);
-  choice.psnr = best.psnr;
-  choice.max_error = chosen.max_error;
-  choice.bytes = chosen.bytes + pictures->bytes;
-  choice.held_out_psnr = seen.psnr();
-  choice.held_out_ssim = seen.ssim();
-  choice.between_psnr = between.psnr();
-  choice.finest_psnr = judge.of_source().psnr();
-  choice.finest_ssim = judge.of_source().ssim();
-  choice.default_bytes = by_default.bytes;
-  choice.default_psnr = judge.held_out(&meshes[0].meshes, &curve.finest(), trial.view_options(given)).psnr();
-  choice.loss = choice.default_psnr - choice.held_out_psnr;
-  if (choice.loss > choice.goal)
-    choice.reason = "the errors of meshes and pictures add up to more than was expected";
+  found.psnr = best.psnr;
+  found.is_length = plan.error.is_length;
+  found.is_paper = choice.texturing.blend == FVV_BLEND_PAPER;
+  found.threshold = choice.texturing.threshold;
+  found.best = choice.texturing.best;
+  found.max_error = chosen.max_error;
+  found.step = chosen.step;
+  found.bytes = chosen.bytes + pictures->bytes;
+  found.held_out_psnr = seen.psnr();
+  found.held_out_ssim = seen.ssim();
+  found.between_psnr = between.psnr();
+  found.finest_psnr = judge.of_source().psnr();
+  found.finest_ssim = judge.of_source().ssim();
+  found.default_bytes = by_default.bytes;
+  found.default_psnr = judge.held_out(&meshes[0].meshes, &curve.finest(), trial.view_options(given)).psnr();
+  found.loss = found.default_psnr - found.held_out_psnr;
+  if (found.loss > found.goal)
+    found.reason = "the errors of meshes and pictures add up to more than was expected";
   return choice;
 }
 

@@ -93,11 +93,12 @@ bool warn_of_qualities(const Plan &plan, const Decisions &decisions) {
     const VideoDecision &video = decisions.videos[k];
     if (video.sample_psnr >= video.target_psnr) continue;
     const media::VideoCodec &codec = *media::find_video_codec(video.settings.codec);
-    plan.observer.warn(
-        plan.capture.path + ": " + option_name("quality") + ": " + name_of(plan, plan.tracks[k]) +
-        fvv::format(": %.4g dB were to be reached, and no %s reaches more than about %.4g dB: "
-                    "sent with %s %d",
-                    video.target_psnr, codec.scale, video.sample_psnr, codec.scale, video.settings.quality));
+    plan.observer.warn(plan.capture.path + ": " + option_name("quality") + ": " +
+                       name_of(plan, plan.tracks[k]) +
+                       fvv::format(": %.4g dB were to be reached, and no %s reaches more than about %.4g dB: "
+                                   "sent with %s %g",
+                                   video.target_psnr, codec.scale, video.sample_psnr, codec.scale,
+                                   video.settings.quality + video.settings.parts));
     warned = true;
   }
   return warned;

@@ -364,10 +364,10 @@ std::vector<Option> picture_options() {
           .brief(pictures, "h264 (default), hevc, vp9, av1, jpeg, exr"),
       Row("quality", "Q",
           "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
-          "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has lossless alone. "
-          "Default: 42dB, of exr lossless")
+          "number: JPEG 1 to 100, CRF 1 to 51 in eighths (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has "
+          "lossless alone. Default: 42dB, of exr lossless")
           .custom(
-              "int | str", "38dB",
+              "float | str", "38dB",
               [](Options &options, const std::string &text) {
                 options.quality = parse_quality("quality", text);
               },

@@ -8,6 +8,7 @@
 #include "fvv_scene/file_io.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 namespace fvv::mux {
@@ -91,8 +92,9 @@ Quality parse_quality(const std::string &option, const std::string &text) {
     if (scene::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
         quality.value <= 100)
       return quality;
-  } else if (int64_t number; whole_number(text, 1, 100, number)) {
-    return {false, double(number)};
+  } else if (double number; !text.empty() && std::isdigit(uint8_t(text[0])) &&
+                            scene::parse_double(text, number) && number >= 1 && number <= 100) {
+    return {false, number}; // which parts a codec has is for fill_in()
   }
   refuse_value(option,
                "a PSNR such as 42dB, libjpeg's quality from 1 to 100, a CRF from 1 to 51 or 63, or lossless",
@@ -255,11 +257,16 @@ void check_quality(const Quality &quality, const media::VideoCodec &codec) {
       refuse_value("quality", "lossless, the only quality of OpenEXR", quality_text(quality));
     return;
   }
-  if (quality.is_psnr || (quality.value >= least && quality.value <= most)) return;
+  const int parts = media::parts_of_quality(codec.code);
+  const bool fits = std::fmod(quality.value * parts, 1) == 0;
+  if (quality.is_psnr || (fits && quality.value >= least && quality.value <= most)) return;
   refuse_value("quality",
                std::string("a PSNR such as 42dB, or ") +
                    (codec.code == FVV_CODEC_JPEG ? "libjpeg's quality" : "a CRF") + " from " +
-                   std::to_string(least) + " to " + std::to_string(most),
+                   std::to_string(least) + " to " + std::to_string(most) +
+                   (fits        ? ""
+                    : parts > 1 ? ", in parts of 1/" + std::to_string(parts)
+                                : ", a whole number"),
                quality_text(quality));
 }
 

@@ -77,8 +77,8 @@ struct Fields {
     a(flip, by_cameras, turned_away);
   }
   template <class A> static void of(A &a, VisibilityChoice &v) {
-    auto &[on, open, known, threshold, cosine, cameras, reason] = v;
-    a(on, open, known, threshold, cosine, cameras, reason);
+    auto &[on, open, by_views, known, threshold, cosine, cameras, reason] = v;
+    a(on, open, by_views, known, threshold, cosine, cameras, reason);
   }
   template <class A> static void of(A &a, ColourChoice &v) {
     auto &[on, of_vertices, cell_size, step, cameras, reason] = v;
@@ -108,19 +108,25 @@ struct Fields {
     auto &[threshold, depth_bias, depth_slope, inset, best, unseen, blend] = v;
     a(threshold, depth_bias, depth_slope, inset, best, unseen, blend);
   }
+  template <class A> static void of(A &a, ViewReport &v) {
+    auto &[goal, is_measured, reason, frame, psnr, max_error, step, is_length, is_paper, threshold, best,
+           loss, finest_psnr, finest_ssim, default_psnr, held_out_psnr, held_out_ssim, between_psnr,
+           default_bytes, bytes] = v;
+    a(goal, is_measured, reason, frame, psnr, max_error, step, is_length, is_paper, threshold, best, loss,
+      finest_psnr, finest_ssim, default_psnr, held_out_psnr, held_out_ssim, between_psnr, default_bytes,
+      bytes);
+  }
   template <class A> static void of(A &a, ViewChoice &v) {
-    auto &[on, reason, goal, frame, frames, psnr, max_error, texturing, finest_psnr, finest_ssim,
-           default_psnr, default_bytes, held_out_psnr, held_out_ssim, loss, between_psnr, bytes] = v;
-    a(on, reason, goal, frame, frames, psnr, max_error, texturing, finest_psnr, finest_ssim, default_psnr,
-      default_bytes, held_out_psnr, held_out_ssim, loss, between_psnr, bytes);
+    auto &[report, texturing] = v;
+    a(report, texturing);
   }
   template <class A> static void of(A &a, Tiling &v) {
     auto &[cameras, tiles, width, height] = v;
     a(cameras, tiles, width, height);
   }
   template <class A> static void of(A &a, media::VideoSettings &v) {
-    auto &[codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft] = v;
-    a(codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft);
+    auto &[codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft, parts] = v;
+    a(codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft, parts);
   }
   template <class A> static void of(A &a, VideoDecision &v) {
     auto &[settings, masks, sample_frames, target_psnr, sample_psnr, sample_rate, record, codec_string] = v;

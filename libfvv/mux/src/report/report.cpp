@@ -232,7 +232,7 @@ VideoTrackReport report_video(const Plan &plan, const Decisions &decisions, cons
   out.height = track.tiling.height;
   if (!out.is_atlas)
     for (const fvv_tile &tile : track.tiling.tiles) out.cameras.push_back(tile.camera_id);
-  out.quality = settings.quality;
+  out.quality = settings.quality + settings.parts;
   out.sample_frames = decision.sample_frames;
   out.sample_psnr = decision.sample_psnr;
   out.sample_rate = decision.sample_rate;
@@ -268,31 +268,6 @@ InsetReport report_inset(const InsetChoice &inset) {
           found.pixels >= render::least_compared,
           found.before,
           found.after};
-}
-
-ViewReport report_view(const Plan &plan) {
-  const ViewChoice &view = plan.view;
-  ViewReport out;
-  out.goal = view.goal;
-  out.is_measured = view.on;
-  out.reason = view.reason;
-  out.frame = view.frame;
-  out.psnr = view.psnr;
-  out.max_error = view.max_error;
-  out.is_length = plan.error.is_length;
-  out.is_paper = view.texturing.blend == FVV_BLEND_PAPER;
-  out.threshold = view.texturing.threshold;
-  out.best = view.texturing.best;
-  out.loss = view.loss;
-  out.finest_psnr = view.finest_psnr;
-  out.finest_ssim = view.finest_ssim;
-  out.default_psnr = view.default_psnr;
-  out.held_out_psnr = view.held_out_psnr;
-  out.held_out_ssim = view.held_out_ssim;
-  out.between_psnr = view.between_psnr;
-  out.default_bytes = view.default_bytes;
-  out.bytes = view.bytes;
-  return out;
 }
 
 SoundReport report_sound(const Plan &plan, const StreamSums &sums, size_t index) {
@@ -399,7 +374,7 @@ Report make_report(const Plan &plan, const Decisions &decisions, const StreamSum
   out.colour_cell = plan.colours.cell_size * plan.lattice.lattice.step;
   out.match = report_match(plan);
   out.inset = report_inset(plan.inset);
-  if (options.view_loss) out.view = report_view(plan);
+  if (options.view_loss) out.view = plan.view.report;
   for (size_t i = 0; i < plan.sounds.size(); i++) out.sounds.push_back(report_sound(plan, sums, i));
   if (plan.environment) out.environment = report_environment(*plan.environment, sums.environment.chunks);
   for (const scene::VideoReport &video : plan.sources) out.sources.push_back(report_source(video));

@@ -193,6 +193,7 @@ Json view_json(const ViewReport &view) {
   out["picture_psnr"] = view.psnr;
   out["max_error"] = view.max_error;
   out["max_error_unit"] = view.is_length ? "length" : "pixels";
+  out["step"] = view.step;
   out["blend"] = view.is_paper ? "paper" : "viewer";
   out["threshold"] = view.threshold;
   out["best"] = view.best;
@@ -267,11 +268,17 @@ Json undistorted_json(const std::vector<UndistortedCamera> &cameras) {
   return out;
 }
 
+// A whole number where it is one.
+Json quality_json(const VideoTrackReport &video) {
+  const double whole = std::floor(video.quality);
+  return video.quality == whole ? Json(int(whole)) : Json(video.quality);
+}
+
 Json video_json(const Report &r, const VideoTrackReport &video) {
   Json out = track_json(video);
   out["codec"] = media::find_video_codec(video.codec)->option;
   out["bit_depth"] = video.bit_depth;
-  if (!video.is_encoded) out["quality"] = video.quality;
+  if (!video.is_encoded) out["quality"] = quality_json(video);
   out["width"] = video.width;
   out["height"] = video.height;
   if (video.is_atlas)
@@ -337,7 +344,7 @@ Json ladder_json(const Report &r) {
                         {"shows", video.is_atlas ? "atlas" : "cameras"},
                         {"width", video.width},
                         {"height", video.height},
-                        {"quality", video.quality},
+                        {"quality", quality_json(video)},
                         {"nominal_rate", video.target_rate ? double(video.target_rate) : video.sample_rate},
                         {"bytes", video.payload},
                         {"sample_psnr", decibels(video.sample_psnr)}});

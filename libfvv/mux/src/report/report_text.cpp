@@ -86,7 +86,7 @@ void track_line(std::string &out, const Report &r, const char *label, uint64_t p
 }
 
 std::string quality_text(const Report &r, const VideoTrackReport &video) {
-  if (!r.has_bit_rate) return std::to_string(video.quality);
+  if (!r.has_bit_rate) return fvv::format("%g", video.quality);
   const RateResult &rate = video.rate;
   return rate.finest == rate.coarsest ? fvv::format("%g", rate.finest)
                                       : fvv::format("%g to %g", rate.finest, rate.coarsest);
@@ -339,12 +339,14 @@ void view_lines(std::string &out, const Report &r, const ViewReport &view) {
        view.loss > 0 ? "lose" : "gain", std::abs(view.loss), view.goal, view.reason.empty() ? "" : "; ",
        view.reason.c_str(), view.held_out_psnr, view.default_psnr, view.finest_psnr);
   line(out,
-       "            by pictures of %.4g dB, an error of %s, the blend %s, threshold %g, best %u: about %.0f "
+       "            by pictures of %.4g dB, an error of %s, a step of %s, the blend %s, threshold %g, best "
+       "%u: about %.0f "
        "%% of the bytes",
        view.psnr,
        view.is_length ? length_text(r.scale_unknown, view.max_error).c_str()
                       : fvv::format("%g px", view.max_error).c_str(),
-       view.is_paper ? "paper" : "viewer", view.threshold, view.best, 100 * view.bytes / view.default_bytes);
+       length_text(r.scale_unknown, view.step).c_str(), view.is_paper ? "paper" : "viewer", view.threshold,
+       view.best, 100 * view.bytes / view.default_bytes);
 }
 
 } // namespace
