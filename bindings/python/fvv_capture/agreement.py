@@ -37,6 +37,8 @@ CAUSE = 0.04
 BROKEN = 0.7
 #: `Key.changed` of a pixel that differs from the empty stage: the key's own threshold.
 UNLIKE = 128
+#: Of so many cameras each pair is tried; of more, so many suspects.
+SUSPECTS = 12
 #: Cameras that are looked at together, at least.
 FEWEST = 4
 #: Pictures that a recording may be early or late by, to be found here.
@@ -72,13 +74,15 @@ def find(
     side = max(high - low for low, high in zip(*bounds))
     coarse = dataclasses.replace(options, cell=side / CELLS, max_error=None, smoothing=0)
 
-    def made(of: Sequence[int]) -> hull.Hull | None:
+    def made(of: Sequence[int], missed: int = coarse.missed) -> hull.Hull | None:
         found = [
             (camera, mask)
             for i in of
             if (camera := cameras[i]) is not None and (mask := masks[i]) is not None
         ]
-        few = dataclasses.replace(coarse, least_views=min(coarse.least_views, max(1, len(of) - 1)))
+        few = dataclasses.replace(
+            coarse, least_views=min(coarse.least_views, max(1, len(of) - 1)), missed=missed
+        )
         try:
             return hull.carve([c for c, _ in found], [m for _, m in found], bounds, few)
         except Error:
@@ -97,9 +101,18 @@ def find(
         sets = [[i] for i in of]
         found = _outstanding(sets, [without(of, whole, one) for one in sets])
         if found[1] < GAIN and mean_iou(of, whole) < BROKEN and len(of) > FEWEST + 1:
-            sets = [list(pair) for pair in itertools.combinations(of, 2)]
+            sets = [list(pair) for pair in itertools.combinations(suspects(of), 2)]
             found = _outstanding(sets, [without(of, whole, one) for one in sets])
         return found
+
+    def suspects(of: Sequence[int]) -> Sequence[int]:
+        """Where pairs are too many, cameras whose masks have least in common with a hull that two may miss."""
+        if len(of) <= SUSPECTS:
+            return of
+        body = made(of, missed=coarse.missed + 2)
+        if body is None or not len(body.indices):
+            return of[:SUSPECTS]
+        return sorted(sorted(of, key=lambda i: mean_iou([i], body))[:SUSPECTS])
 
     def without(of: Sequence[int], whole: hull.Hull | None, left_out: Sequence[int]) -> float:
         rest = [k for k in of if k not in left_out]

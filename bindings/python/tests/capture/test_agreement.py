@@ -92,7 +92,9 @@ def test_a_camera_that_was_turned_is_named_alone(exact, change, said):
     assert said in found["cam2"].cause
 
 
-def test_recordings_that_were_swapped_are_both_named(exact):
+@pytest.mark.parametrize("suspects", [8, 4])
+def test_recordings_that_were_swapped_are_both_named(exact, suspects, monkeypatch):
+    monkeypatch.setattr(agreement, "SUSPECTS", suspects)
     exact = [*exact]
     exact[1], exact[4] = exact[4], exact[1]
     found = doubts(exact)
