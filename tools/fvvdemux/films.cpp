@@ -99,7 +99,8 @@ private:
       const uint8_t *data;
       size_t size;
       int key = 0;
-      if (fvv_stream_frame(stream, frame, &info, nullptr) < 0) return false;
+      // Beyond the frames that a damaged group still has come those of the next.
+      if (fvv_stream_frame(stream, frame, &info, nullptr) < 0 || info.group != group.group) return false;
       const fvv_status status = fvv_stream_sample(stream, frame, track, &data, &size, &key, nullptr);
       if (status == FVV_END) continue;
       if (status < 0) return false;

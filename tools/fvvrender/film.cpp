@@ -71,29 +71,35 @@ Shown survey(const InputFile &file, const Options &options) {
     refuse("--frames: expected one range for a film, such as 10-35");
   Shown out = {};
   int64_t first = 0, last = 0;
+  // A damaged group may have had any number of frames: those that are there are counted.
+  const auto is_there = [&](const demux::GroupPlan &group, int64_t number, fvv_frame *frame) {
+    const size_t place = group.frame + size_t(number - group.number);
+    if (place >= fvv_stream_frame_count(stream.get())) return false;
+    fvv_diagnostic diagnostic = {};
+    fvv::check(fvv_stream_frame(stream.get(), place, frame, &diagnostic), file.path(), diagnostic);
+    return frame->group == group.group;
+  };
+  fvv_frame frame;
+  fvv_diagnostic diagnostic = {};
   for (const demux::GroupPlan &group : plan.groups)
-    for (int64_t i = 0; i < group.count; i++) {
-      if (!wanted.has(group.number + i)) continue;
-      fvv_frame frame;
-      fvv_diagnostic diagnostic = {};
-      fvv::check(fvv_stream_frame(stream.get(), group.frame + size_t(i), &frame, &diagnostic), file.path(),
-                 diagnostic);
-      if (out.frames.empty()) {
-        const fvv_configuration *configuration;
-        fvv::check(fvv_stream_configuration(stream.get(), group.group, &configuration, &diagnostic),
-                   file.path(), diagnostic);
-        out.scene = configuration->scene;
-        out.cameras.assign(configuration->cameras, configuration->cameras + configuration->camera_count);
-        for (fvv_camera &camera : out.cameras) {
-          camera.name = nullptr;
-          camera.name_size = 0;
+    for (const fvv::Range &range : wanted.within(group.number, group.number + group.count - 1))
+      for (int64_t number = range.first; number <= range.last && is_there(group, number, &frame); number++) {
+        if (out.frames.empty()) {
+          const fvv_configuration *configuration;
+          fvv::check(fvv_stream_configuration(stream.get(), group.group, &configuration, &diagnostic),
+                     file.path(), diagnostic);
+          out.scene = configuration->scene;
+          out.cameras.assign(configuration->cameras, configuration->cameras + configuration->camera_count);
+          for (fvv_camera &camera : out.cameras) {
+            camera.name = nullptr;
+            camera.name_size = 0;
+          }
+          first = frame.time;
         }
-        first = frame.time;
+        last = frame.time;
+        const double tick = double(out.scene.time_base.numerator) / out.scene.time_base.denominator;
+        out.frames.push_back({number, double(uint64_t(frame.time) - uint64_t(first)) * tick});
       }
-      last = frame.time;
-      const double tick = double(out.scene.time_base.numerator) / out.scene.time_base.denominator;
-      out.frames.push_back({group.number + i, double(uint64_t(frame.time) - uint64_t(first)) * tick});
-    }
   if (out.frames.empty()) throw Error(file.path() + ": the stream has no frames");
   const fvv_rational &base = out.scene.time_base;
   const auto ticks = uint64_t(out.scene.frame_duration);

@@ -90,3 +90,56 @@ def test_films_without_a_whole_frame_have_no_capture(tmp_path):
     assert "no capture.json: no frame is whole\n" in done.stderr
     assert [path.name for path in (tmp_path / "out").iterdir() if path.suffix] == []
     assert list((tmp_path / "out/video").iterdir())
+
+
+def test_a_group_that_lost_its_last_frames_has_none_of_the_next(tmp_path):
+    """Without index and GEND a group goes up to the next one, whose frames are those of the next one alone."""
+    count, group, left = 12, 6, 4
+    run(
+        "fvvsynth",
+        "--rig",
+        "small",
+        "--cameras",
+        2,
+        "--size",
+        "64x48",
+        "--frames",
+        count,
+        "-o",
+        tmp_path / "in",
+    )
+    run("fvvmux", tmp_path / "in", "-o", tmp_path / "whole.fvv", "--group", group)
+    stream, kept, groups = (tmp_path / "whole.fvv").read_bytes(), bytearray(), 0
+    kept += stream[:24]
+    at = 24
+    while stream[at : at + 4] != b"INDX":
+        end = at + 32 + (int.from_bytes(stream[at + 16 : at + 24], "little") + 7) // 8 * 8
+        groups += stream[at : at + 4] == b"GRUP"
+        time = int.from_bytes(stream[at + 8 : at + 16], "little")
+        lost = groups == 1 and (stream[at : at + 4] == b"GEND" or time >= left)
+        kept += b"" if lost else stream[at:end]
+        at = end
+    (tmp_path / "cut.fvv").write_bytes(kept)
+    done = run(
+        "fvvdemux", tmp_path / "cut.fvv", "-o", tmp_path / "out", "--mp4", "--json", code=3, warns=True
+    )
+    told = read_json(done, "fvvdemux")
+    # The last frame before the loss may have had more chunks.
+    assert told["frames"]["written"] == count - (group - left) - 1
+    for film in (tmp_path / "out/video").iterdir():
+        times, _ = decoded(film)
+        assert [round(25 * t) for t in times] == [*range(left), *range(group, count)]
+    # The film of a viewer has the frames that are there.
+    run(
+        "fvvrender",
+        tmp_path / "cut.fvv",
+        "-o",
+        tmp_path / "r.mp4",
+        "--orbit",
+        1,
+        "--size",
+        "64x48",
+        code=(0, 3),
+        warns=True,
+    )
+    assert len(decoded(tmp_path / "r.mp4")[0]) == count
