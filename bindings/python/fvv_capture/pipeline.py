@@ -315,7 +315,8 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
             if keyer is None:
                 continue
             # A frame without a calibration has a file too.
-            mask = _empty(work, index) if masks[index] is None else masks[index]
+            mask = masks[index]
+            mask = _empty(work, index) if mask is None else mask
             _write_png(os.path.join(work.folder, mask_name(names[index]), f"{frame:04d}.png"), mask)
         if not empty:
             write_ply(os.path.join(work.folder, "meshes", f"{frame:04d}.ply"), made.positions, made.indices)

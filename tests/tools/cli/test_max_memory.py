@@ -174,7 +174,7 @@ def test_an_embedded_picture(cap):
     (cap / "t.obj").write_text(f"mtllib t.mtl\nusemtl m\n{corners}{faces}")
     (cap / "t.mtl").write_text("newmtl m\nmap_Kd a.png\n")
     words = ["fvvmux", "--meshes", "t.obj", "--fps", 25, "-o", "o.fvv"]
-    said = refuses(words, cap, "t.obj", "--max-memory", ALLOWED)
+    said = refuses(words, cap, "a.png", "--max-memory", ALLOWED)
     assert "--max-memory allows 64 MiB" in said
 
 
