@@ -18,7 +18,8 @@ set(FVV_TEST_TOOLS fvvcompare fvvdemux fvvimport fvvinfo fvvmux fvvrecover fvvre
 set(FVV_CORE_FOLDERS base container mesh calibration visibility video environment stream)
 
 # Entries that are not of cost "area", by name: regular expressions. The first list with one that matches counts.
-set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_time" "js: vite dev" "js: (player: )?chaos: .*" "js: firefox: .*" "js: player: endurance"
+set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_time" "js: vite dev" "js: (player: )?chaos: .*" "js: firefox: .*" "js: player: (endurance|xr)"
+  "js: video fallback: (hostile|browser)"
   "charts: (degradations|stability)" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
   "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")

@@ -56,7 +56,7 @@ def test_each_call_may_fail(name, exchange, work):  # noqa: F811
     calls = ["rename"] if exchange else CALLS
     failures = 0
     for call_name in calls:
-        for number in [1, 2, 9]:
+        for number in [1, 9]:
             done = call(command, work, env=fault(call_name, number, **exchange))
             where = f"{call_name} {number}: {done.returncode} {done.stderr}"
             assert done.returncode in (0, 1, 3), where
