@@ -37,7 +37,7 @@ CAUSE = 0.04
 BROKEN = 0.7
 #: `Key.changed` of a pixel that differs from the empty stage: the key's own threshold.
 UNLIKE = 128
-#: Of so many cameras each pair is tried; of more, so many suspects.
+#: Up to this number of cameras each pair is tried; of more cameras, those that fit least.
 SUSPECTS = 12
 #: Cameras that are looked at together, at least.
 FEWEST = 4
