@@ -66,33 +66,25 @@ def find(
 ) -> list[Doubt]:
     """Cameras that disagree in one frame, those that disagree most first; at most a third of all. names: of cameras, for causes.
     moment: the mask of a camera some pictures later; None: it has no such picture."""
-    there = [
-        i
-        for i, (camera, mask) in enumerate(zip(cameras, masks))
-        if camera is not None and mask is not None and mask.any()
-    ]
+    pairs = {i: pair for i, pair in _calibrated(cameras, masks).items() if pair[1].any()}
+    there = list(pairs)
     side = max(high - low for low, high in zip(*bounds))
     coarse = dataclasses.replace(options, cell=side / CELLS, max_error=None, smoothing=0)
 
     def made(of: Sequence[int], missed: int = coarse.missed) -> hull.Hull | None:
-        found = [
-            (camera, mask)
-            for i in of
-            if (camera := cameras[i]) is not None and (mask := masks[i]) is not None
-        ]
         few = dataclasses.replace(
             coarse, least_views=min(coarse.least_views, max(1, len(of) - 1)), missed=missed
         )
         try:
-            return hull.carve([c for c, _ in found], [m for _, m in found], bounds, few)
+            return hull.carve([pairs[i][0] for i in of], [pairs[i][1] for i in of], bounds, few)
         except Error:
             return None
 
     def mean_iou(of: Sequence[int], body: hull.Hull | None) -> float:
         if body is None or not len(body.indices):
             return 0.0
-        both = [(c, m) for i in of if (c := cameras[i]) is not None and (m := masks[i]) is not None]
-        values = hull.silhouette_iou(body.positions, body.indices, [c for c, _ in both], [m for _, m in both])
+        seeing, own = [pairs[i][0] for i in of], [pairs[i][1] for i in of]
+        values = hull.silhouette_iou(body.positions, body.indices, seeing, own)
         return float(numpy.mean([v for v in values if v is not None] or [0.0]))
 
     def gain(of: Sequence[int]) -> tuple[list[int], float]:
@@ -128,8 +120,8 @@ def find(
     body = made(there) if out else None
     if body is None or not len(body.indices):
         return []
-    doubted = [i for i, _ in out]
-    explained = [_explained(i, gain, doubted, cameras, masks, body, names, moment) for i, gain in out]
+    doubted = {i: pairs[i] for i, _ in out}
+    explained = [_explained(i, gain, doubted, body, names, moment) for i, gain in out]
     return [doubt for doubt in explained if doubt.cause or doubt.gain >= UNEXPLAINED]
 
 
@@ -145,19 +137,14 @@ def dropped(
 
     outlines: masks, which are not changed. changed: `Key.changed`; None: the mask was given, and nothing is missing. What the others see is
     a hull that one silhouette more may miss."""
-    there = [
-        i
-        for i, (camera, mask) in enumerate(zip(cameras, outlines))
-        if camera is not None and mask is not None
-    ]
+    pairs = _calibrated(cameras, outlines)
     out: list[NDArray[numpy.bool_] | None] = [None] * len(cameras)
-    if len(there) <= options.least_views + options.missed or all(change is None for change in changed):
+    if len(pairs) <= options.least_views + options.missed or all(change is None for change in changed):
         return out
     tolerant = dataclasses.replace(options, missed=options.missed + 1, smoothing=0)
-    seeing = [camera for i in there if (camera := cameras[i]) is not None]
-    body = hull.carve(seeing, [outlines[i] for i in there], bounds, tolerant)
+    body = hull.carve([c for c, _ in pairs.values()], [m for _, m in pairs.values()], bounds, tolerant)
     if len(body.indices):
-        for i, camera in zip(there, seeing):
+        for i, (camera, _) in pairs.items():
             change = changed[i]
             if change is not None:
                 out[i] = (hull.coverage(body.positions, body.indices, camera) > 0) & (change > UNLIKE)
@@ -172,6 +159,14 @@ def added(masks: Sequence[Mask | None], more: Sequence[NDArray[numpy.bool_] | No
     ]
 
 
+def _calibrated(
+    cameras: Sequence[Camera | None], masks: Sequence[Mask | None]
+) -> dict[int, tuple[Camera, Mask]]:
+    """Those that have both, by their place."""
+    both = enumerate(zip(cameras, masks))
+    return {i: (camera, mask) for i, (camera, mask) in both if camera is not None and mask is not None}
+
+
 def _outstanding(sets: Sequence[list[int]], gains: Sequence[float]) -> tuple[list[int], float]:
     """The set that gains most, and by how much it gains more than is usual."""
     most = int(numpy.argmax(gains))
@@ -182,22 +177,18 @@ def _outstanding(sets: Sequence[list[int]], gains: Sequence[float]) -> tuple[lis
 def _explained(
     index: int,
     gain: float,
-    doubted: Sequence[int],
-    cameras: Sequence[Camera | None],
-    masks: Sequence[Mask | None],
+    doubted: Mapping[int, tuple[Camera, Mask]],
     body: hull.Hull,
     names: Sequence[str],
     moment: Callable[[int, int], Mask | None],
 ) -> Doubt:
     """The change of a camera's mask that fits the others' hull best."""
-    camera, mask = cameras[index], masks[index]
-    assert camera is not None and mask is not None
+    camera, mask = doubted[index]
     wanted = hull.coverage(body.positions, body.indices, camera) > 0
     own = _iou(mask > 0, wanted)
     causes: dict[str, float] = {}
-    for other in doubted:
-        taken = masks[other]
-        if other != index and taken is not None and taken.shape == mask.shape:
+    for other, (_, taken) in doubted.items():
+        if other != index and taken.shape == mask.shape:
             causes[f"its recording is that of {names[other]}"] = _iou(taken > 0, wanted)
     causes["its pictures are upside down"] = _iou(mask[::-1, ::-1] > 0, wanted)
     causes["its pictures are mirrored"] = _iou(mask[:, ::-1] > 0, wanted)

@@ -24,6 +24,11 @@ CALIBRATE_EXAMPLES = [
 ]
 
 
+def listed(text: str) -> list[str]:
+    """The names of an option such as A,B."""
+    return [name for name in text.split(",") if name]
+
+
 def _board(section: Section) -> None:
     section.add("--board", metavar="CxR", help="squares of the board in a row and in a column")
     section.add("--square", type=float, metavar="METRES", help="side of a square")

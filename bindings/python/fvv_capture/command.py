@@ -15,7 +15,7 @@ from fvv.command import DONE, LOSS, exit_code
 from fvv.errors import UsageError
 from fvv.interop.optional_import import optional_import
 
-from .arguments import calibrate_parser, capture_parser
+from .arguments import calibrate_parser, capture_parser, listed
 from .progress import Show
 
 
@@ -132,8 +132,8 @@ def request_of(given: argparse.Namespace) -> Any:
         synchronise=given.synchronise,
         units=given.units,
         up=given.up,
-        cameras=[name for name in given.cameras.split(",") if name],
-        exclude=[name for name in given.exclude.split(",") if name],
+        cameras=listed(given.cameras),
+        exclude=listed(given.exclude),
         frames=None if given.frames is None else _frames(given.frames),
         places=places,
         name=given.title,
@@ -173,8 +173,7 @@ def _calibrate(given: argparse.Namespace, path: str, show: Show) -> str:
         raise UsageError("--walk: expected --board and --square")
     board = parse_board(given.board, given.square, given.marker, given.dictionary, False)
     options = Options(up=given.up or "+y", floor=given.on_floor)
-    exclude = [name for name in given.exclude.split(",") if name]
-    recordings = recordings_of(given.walk, {}, given.name, exclude)
+    recordings = recordings_of(given.walk, {}, given.name, listed(given.exclude))
     warnings: list[str] = []
     # Films of a board often have no sound; they are in step then, or calibrate says which is not.
     if given.synchronise is not None and (

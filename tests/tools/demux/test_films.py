@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import ROOT, figures, read_json, run
 from PIL import Image
+from test_damage import chunks_of
 
 FRAMES = 6
 GROUP = 3
@@ -109,16 +110,15 @@ def test_a_group_that_lost_its_last_frames_has_none_of_the_next(tmp_path):
         tmp_path / "in",
     )
     run("fvvmux", tmp_path / "in", "-o", tmp_path / "whole.fvv", "--group", group)
-    stream, kept, groups = (tmp_path / "whole.fvv").read_bytes(), bytearray(), 0
-    kept += stream[:24]
-    at = 24
-    while stream[at : at + 4] != b"INDX":
-        end = at + 32 + (int.from_bytes(stream[at + 16 : at + 24], "little") + 7) // 8 * 8
-        groups += stream[at : at + 4] == b"GRUP"
+    stream, groups = (tmp_path / "whole.fvv").read_bytes(), 0
+    kept = bytearray(stream[:24])
+    for at, kind, _, size in chunks_of(stream):
+        if kind == "INDX":
+            break
+        groups += kind == "GRUP"
         time = int.from_bytes(stream[at + 8 : at + 16], "little")
-        lost = groups == 1 and (stream[at : at + 4] == b"GEND" or time >= left)
-        kept += b"" if lost else stream[at:end]
-        at = end
+        if groups != 1 or (kind != "GEND" and time < left):
+            kept += stream[at : at + 32 + (size + 7) // 8 * 8]
     (tmp_path / "cut.fvv").write_bytes(kept)
     done = run(
         "fvvdemux", tmp_path / "cut.fvv", "-o", tmp_path / "out", "--mp4", "--json", code=3, warns=True

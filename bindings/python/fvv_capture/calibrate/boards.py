@@ -88,9 +88,9 @@ class Board:
         detector of Duda and Frese (2018), which refines them as well; all corners must be seen."""
         if self.dictionary is None:
             return self._detect_chessboard(grey)
-        # OpenCV 4.7 crashes with parameters that the constructor gets.
-        detector = cv2.aruco.CharucoDetector(self._charuco())
-        detector.setDetectorParameters(_detection(grey.shape))
+        detector = cv2.aruco.CharucoDetector(
+            self._charuco(), cv2.aruco.CharucoParameters(), _detection(grey.shape)
+        )
         corners, ids, _, _ = detector.detectBoard(grey)
         if ids is None or len(ids) < FEWEST_CORNERS:
             return None
@@ -134,12 +134,7 @@ class Board:
 
     def _charuco(self) -> Any:
         board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, self.marker, self._words())
-        if hasattr(board, "setLegacyPattern"):
-            board.setLegacyPattern(self.legacy)
-        elif self.legacy:
-            raise UsageError(
-                f"OpenCV {cv2.__version__} knows no boards of before 4.6; expected OpenCV 4.8 or later"
-            )
+        board.setLegacyPattern(self.legacy)
         return board
 
 

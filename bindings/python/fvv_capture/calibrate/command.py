@@ -13,6 +13,7 @@ from fvv.command import DONE, LOSS
 from fvv.errors import UsageError
 from fvv.outputs import FileOutput, FolderOutput, commit_all
 
+from ..arguments import listed
 from ..progress import Show
 from .boards import parse_board
 from .calibration import Calibration, Options, Progress, calibrate
@@ -91,9 +92,8 @@ def _calibrated(
     board = parse_board(
         arguments.board, arguments.square, arguments.marker, arguments.dictionary, arguments.legacy
     )
-    exclude = [name for name in arguments.exclude.split(",") if name]
     offsets = _offsets(arguments.offset)
-    recordings = recordings_of(arguments.videos, offsets, arguments.name, exclude)
+    recordings = recordings_of(arguments.videos, offsets, arguments.name, listed(arguments.exclude))
     warnings: list[str] = []
     if arguments.synchronise is not None:
         recordings, warnings = in_step(recordings, arguments.synchronise, offsets, progress)

@@ -7,7 +7,6 @@ picture for each frame, in the order of their names; they may be of kinds that a
 from __future__ import annotations
 
 import dataclasses
-import functools
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -31,12 +30,13 @@ class Recording:
     name: str
     path: str  #: A video, or a folder of pictures in the order of their names.
     offset: int = 0  #: Added to a frame's number for the number of its picture.
-    rate: Fraction | None = None  #: Frames a second; None: those of the video.
+    film: footage.Recording | None = None  #: Of a video, what `footage.video` says of it.
+    rate: Fraction = Fraction(1)  #: Of a video: frames a second.
 
     def frames(self, first: int = 0, step: int = 1, last: int | None = None) -> Iterator[tuple[int, Bytes]]:
         """Frame numbers and grey pictures, (height, width), of frames first, first + step, ... up to last. Frames that the
         recording does not have are left out. `Error` names the file of a picture that cannot be read."""
-        return self._files(first, step, last) if os.path.isdir(self.path) else self._video(first, step, last)
+        return self._files(first, step, last) if self.film is None else self._video(first, step, last)
 
     def _files(self, first: int, step: int, last: int | None) -> Iterator[tuple[int, Bytes]]:
         for index, name in enumerate(pictures_of(self.path)):
@@ -54,19 +54,15 @@ class Recording:
             yield frame, grey
 
     def _video(self, first: int, step: int, last: int | None) -> Iterator[tuple[int, Bytes]]:
-        rate = self.rate or self._film.rate() or Fraction(1)
-        for frame, picture in footage.pictures(self._film, rate, self.offset, first, step, last):
+        assert self.film is not None
+        for frame, picture in footage.pictures(self.film, self.rate, self.offset, first, step, last):
             with named(self.path, frame):
                 grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
             yield frame, grey
 
-    @functools.cached_property
-    def _film(self) -> footage.Recording:
-        return footage.video(self.path, self.name)
-
     def count(self) -> int:
         """Pictures that it has."""
-        return len(pictures_of(self.path)) if os.path.isdir(self.path) else self._film.count
+        return len(pictures_of(self.path)) if self.film is None else self.film.count
 
 
 def pictures_of(folder: str) -> list[str]:
@@ -99,9 +95,13 @@ def recordings_of(
             raise UsageError(
                 f"offset {camera}: expected one of {', '.join(found)}, found no such camera", file=folder
             )
-    films = [footage.video(path, camera) for camera, path in found.items() if not os.path.isdir(path)]
-    rate = footage.common_rate(films) if any(film.count > 1 for film in films) else None
-    return [Recording(camera, path, offsets.get(camera, 0), rate) for camera, path in found.items()]
+    films = {camera: footage.video(path, camera) for camera, path in found.items() if not os.path.isdir(path)}
+    moving = any(film.count > 1 for film in films.values())
+    rate = footage.common_rate(list(films.values())) if moving else Fraction(1)
+    return [
+        Recording(camera, path, offsets.get(camera, 0), films.get(camera), rate)
+        for camera, path in found.items()
+    ]
 
 
 def in_step(
@@ -112,11 +112,11 @@ def in_step(
 ) -> tuple[list[Recording], list[str]]:
     """The same recordings with offsets that are found for those that are not in `given`, and warnings. Folders of pictures have no
     time. `UsageError`: there is one."""
-    folders = [one.name for one in recordings if os.path.isdir(one.path)]
+    folders = [one.name for one in recordings if one.film is None]
     if folders:
         raise UsageError(f"expected videos to synchronise, found pictures of {', '.join(folders)}")
-    films = [footage.video(one.path, one.name) for one in recordings]
-    rate = footage.common_rate(films)
+    films = [one.film for one in recordings if one.film is not None]
+    rate = recordings[0].rate
     found = synchronised(films, method, rate, progress or (lambda stage, done, count: None))
     warnings = [
         f"camera {name}: its offset by {method} is not certain ({one.confidence:.2f}): pass one"
