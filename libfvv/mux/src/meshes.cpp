@@ -526,7 +526,7 @@ std::vector<MeshFrame> encode_in_turn(const Plan &plan, const MeshTrack &track, 
       continue;
     }
     DeltaRun run(plan, track, begin, next ? std::move(*next) : prepare_mesh(plan, track, begin));
-    const KeyColours colours(plan, begin, run.key());
+    KeyColours colours(plan, begin, run.key());
     for (next.reset(); begin + run.size() < first + count && plan.has_mesh(begin + run.size());
          next.reset()) {
       next = prepare_mesh(plan, track, begin + run.size());

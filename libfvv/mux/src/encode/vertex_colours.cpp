@@ -67,7 +67,7 @@ KeyColours::KeyColours(const Plan &chosen, size_t frame, const PreparedMesh &mes
     source = scene::load_coloured_mesh(plan.capture, plan.capture.frames.number(int64_t(frame)), colours);
 }
 
-bool KeyColours::serve(size_t frame, const PreparedMesh &mesh) const {
+bool KeyColours::serve(size_t frame, const PreparedMesh &mesh) {
   if (!plan.colours.of_vertices) return true;
   std::vector<uint8_t> own;
   const geometry::Mesh there =
@@ -78,8 +78,8 @@ bool KeyColours::serve(size_t frame, const PreparedMesh &mesh) const {
   const auto order = mesh.body ? std::nullopt : same_connectivity(key.mesh, mesh.mesh);
   if (!order) return true;
   const geometry::Lattice &lattice = plan.lattice.lattice;
-  return are_alike(transferred(source, colours, local_places(key.mesh, lattice), lattice),
-                   transferred(there, own, local_places(mesh.mesh, lattice), lattice), *order);
+  if (!of_key) of_key = transferred(source, colours, local_places(key.mesh, lattice), lattice);
+  return are_alike(*of_key, transferred(there, own, local_places(mesh.mesh, lattice), lattice), *order);
 }
 
 } // namespace fvv::mux

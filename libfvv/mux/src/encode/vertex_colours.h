@@ -3,6 +3,8 @@
 
 #include "mux/src/meshes.h"
 
+#include <optional>
+
 namespace fvv::mux {
 
 // Three bytes for each place: of the nearest place on the source's surface. metres: places, which count from
@@ -18,13 +20,14 @@ public:
   KeyColours(const Plan &plan, size_t frame, const PreparedMesh &key);
 
   // Whether they may be shown in another frame of the same connectivity.
-  bool serve(size_t frame, const PreparedMesh &mesh) const;
+  bool serve(size_t frame, const PreparedMesh &mesh);
 
 private:
   const Plan &plan;
   const PreparedMesh &key;
   geometry::Mesh source; // as in the file
   std::vector<uint8_t> colours;
+  std::optional<std::vector<uint8_t>> of_key; // on its vertices; made when first needed
 };
 
 } // namespace fvv::mux
