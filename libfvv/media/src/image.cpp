@@ -240,6 +240,10 @@ void check_memory_of(const ImageInfo &info, const std::string &name, const Memor
 
 } // namespace
 
+ImageInfo probe_image(const uint8_t *bytes, size_t size, const std::string &name) {
+  return probe_bytes(bytes, size, name);
+}
+
 void check_image_memory(const std::string &path, const MemoryLimit &limit) {
   if (limit.bytes != UINT64_MAX) check_memory_of(probe_image(path), path, limit);
 }

@@ -1,16 +1,19 @@
 #include "mux/src/layout.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
+#include "fvv_cxx/parallel.h"
 #include "fvv_geometry/rect_pack.h"
 #include "fvv_media/frame.h"
 #include "fvv_scene/capture.h"
 #include "mux/src/crop.h"
+#include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/plan.h"
 #include "mux/src/stream_writer.h"
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numeric>
 #include <optional>
 #include <tuple>
@@ -544,21 +547,51 @@ Tiling whole_pictures(const scene::Capture &capture, const Options &options) {
   return tiling;
 }
 
-// Of the first frame; the others are to have the same size. Chroma of two pixels a side needs even sides,
-// which scaling gives: texture coordinates are fractions of the picture.
-Tiling arrange_atlas(const Plan &plan, size_t rung) {
+scene::AtlasSize find_atlas_size(Plan &plan) {
+  const scene::Capture &capture = plan.capture;
+  if (capture.atlas->pictures) {
+    const media::Image picture = load_atlas<uint8_t>(plan, capture.frames.number(0));
+    return {picture.width, picture.height, 1};
+  }
+  std::vector<int64_t> numbers = capture.mesh_frames();
+  if (capture.animation || !capture.meshes->is_numbered()) numbers.resize(1); // one file
+  scene::AtlasSize largest;
+  int64_t reduced = 0;
+  std::mutex mutex;
+  fvv::parallel(plan.options.threads, numbers.size(), [&](size_t i) {
+    plan.observer.check_cancelled();
+    const scene::AtlasSize own =
+        about_frame(capture, numbers[i], [&] { return scene::embedded_atlas_size(capture, numbers[i]); });
+    const std::lock_guard<std::mutex> lock(mutex);
+    largest.width = std::max(largest.width, own.width);
+    largest.height = std::max(largest.height, own.height);
+    if (own.scale < largest.scale || (own.scale == largest.scale && own.scale < 1 && numbers[i] < reduced))
+      reduced = numbers[i];
+    largest.scale = std::min(largest.scale, own.scale);
+  });
+  if (largest.scale < 1) {
+    plan.observer.warn(capture.mesh_path(reduced) + ": its pictures are packed into one atlas with " +
+                       fvv::format("%g", largest.scale) +
+                       " of their width and height: they are too large together");
+    plan.warned = true;
+  }
+  return largest;
+}
+
+// Chroma of two pixels a side needs even sides, which scaling gives: texture coordinates are fractions of the
+// picture.
+Tiling arrange_atlas(const Plan &plan, size_t rung, uint32_t width, uint32_t height) {
   const Options &options = plan.options;
-  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.number(0));
   const double scale = options.atlas_scale * (options.ladder.empty() ? 1 : options.ladder[rung].scale);
   const auto side = [&](uint32_t size) {
     const uint16_t wanted = scaled(size, scale);
     return media::find_video_codec(options.codec)->is_stills() ? wanted : uint16_t(std::max(2, wanted & ~1));
   };
   Tiling tiling;
-  tiling.width = side(picture.width);
-  tiling.height = side(picture.height);
+  tiling.width = side(width);
+  tiling.height = side(height);
   tiling.tiles = {{UINT16_MAX,
-                   {0, 0, uint16_t(picture.width), uint16_t(picture.height)},
+                   {0, 0, uint16_t(width), uint16_t(height)},
                    {0, 0, uint16_t(tiling.width), uint16_t(tiling.height)}}};
   return tiling;
 }
@@ -669,7 +702,8 @@ std::vector<size_t> places_of(const Plan &plan, const std::vector<size_t> &camer
 VideoTrack lower_track(Plan &plan, const VideoTrack &best, size_t rung) {
   VideoTrack track = {best.shows, {}, {}};
   if (best.is_atlas()) {
-    track.tiling = arrange_atlas(plan, rung);
+    const fvv_rect &whole = best.tiling.tiles[0].source;
+    track.tiling = arrange_atlas(plan, rung, whole.width, whole.height);
   } else {
     Pictures all = pictures_of(plan, plan.whole, places_of(plan, best.tiling.cameras));
     all.tiling.tiles = at_scale(all.tiling.tiles, plan.rung_scale(rung));

@@ -43,8 +43,12 @@ void check_ladder(const Options &options);
 // Adds the tracks of the further rungs to a plan that has those of the first, each with the same cameras.
 void add_rungs(Plan &plan);
 
-// The whole picture of the plan's atlas in the size of a rung.
-Tiling arrange_atlas(const Plan &plan, size_t rung);
+// Of the plan's atlas: what each side needs in any frame of those that mesh files bring, else the size in the
+// first frame, which the others are to have. Warns where pictures were made smaller to be packed.
+scene::AtlasSize find_atlas_size(Plan &plan);
+
+// An atlas of that size, whole, in the size of a rung.
+Tiling arrange_atlas(const Plan &plan, size_t rung, uint32_t width, uint32_t height);
 
 // Of the codec's highest level that decoders are sure to have (5.2 of H.264, HEVC, VP9 and AV1; sides alone
 // for stills), at this rate of frames; each side at most what browsers upload as a texture.

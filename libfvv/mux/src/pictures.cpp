@@ -161,7 +161,11 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
     check_range(images.back(), capture.atlas_path(number));
     masks.emplace_back();
     const fvv_rect &whole = tiling.tiles[0].source;
-    if (images[0].width != whole.width || images[0].height != whole.height)
+    const bool is_unlike = images[0].width != whole.width || images[0].height != whole.height;
+    if (is_unlike && !capture.atlas->pictures)
+      // Texture coordinates are fractions of it.
+      images[0] = media::scale(images[0], whole.width, whole.height);
+    else if (is_unlike)
       throw Error(capture.atlas_path(number) + ": frame " + std::to_string(number) +
                   ": expected an atlas of " + std::to_string(whole.width) + " x " +
                   std::to_string(whole.height) + " as in the first frame, found " +

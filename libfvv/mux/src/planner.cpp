@@ -303,6 +303,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.capture.flip_faces = plan.winding.flip;
     // Faces of a mesh that does not fit the cameras show their backs by chance.
     plan.warned = warn_of_coordinates(plan, sampled) || warn_of_winding(plan) || plan.warned;
+    plan.warned = warn_of_blind_cameras(plan, sampled) || plan.warned;
   }
   plan.warned = warn_of_masks(plan, sampled) || plan.warned;
   Tiling cameras = whole_pictures(plan.capture, options);
@@ -344,7 +345,8 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   plan.visibility.by_views = plan.view.on();
   plan.colours = choose_colours(plan, scene);
   if (plan.capture.atlas) {
-    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan, 0), {}});
+    const scene::AtlasSize size = find_atlas_size(plan);
+    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan, 0, size.width, size.height), {}});
     plan.warned = warn_of_atlas(plan, plan.tracks.back().tiling) || plan.warned;
     fvv_mesh_options defaults;
     fvv_mesh_options_default(&defaults);

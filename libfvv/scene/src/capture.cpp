@@ -253,6 +253,12 @@ MeshPicture load_embedded_atlas(const Capture &capture, int64_t frame) {
   return read_mesh_picture(path, capture.memory_limit);
 }
 
+AtlasSize embedded_atlas_size(const Capture &capture, int64_t frame) {
+  const std::string path = capture.mesh_path(frame);
+  check_mesh_memory(path, capture.memory_limit);
+  return mesh_picture_size(path);
+}
+
 MeshAnimation::MeshAnimation(std::optional<Name> animation, fvv_rational from, int64_t first_frame)
     : name(std::move(animation)), start(from), first(first_frame) {}
 MeshAnimation::~MeshAnimation() = default;

@@ -477,23 +477,6 @@ void check_pictures(const Capture &capture) {
                     "; name them with " + option_name(option) + " '" + folder + "/{name}/%04d.png'");
 }
 
-// Says so where the pictures of a mesh are too large together for one atlas.
-void note_scale(const std::string &path, const FacePictures &treated, std::vector<std::string> &notes) {
-  FacePictures faces = treated;
-  try {
-    read_mesh_pictures(path, nullptr, nullptr, false, faces);
-    if (faces.pictures.size() < 2) return;
-    const AtlasLayout layout = lay_out_atlas(faces, path);
-    if (layout.scale < 1)
-      notes.push_back(path + ": its " + std::to_string(faces.pictures.size()) +
-                      " pictures are packed into one atlas of " + std::to_string(layout.width) + "x" +
-                      std::to_string(layout.height) + " pixels, with " + fvv::format("%g", layout.scale) +
-                      " of their width and height");
-  } catch (const Error &) {
-    // Those who read the mesh and the picture report it.
-  }
-}
-
 // Of a PLY file that names pictures; empty: the first one is there.
 std::string why_no_picture(const std::string &path, const PlyPictures &pictures) {
   if (!pictures.has_coordinates)
@@ -510,8 +493,8 @@ std::string why_no_picture(const std::string &path, const PlyPictures &pictures)
 }
 
 // Whether the meshes bring a picture: the first that is not empty, or, so that one without does not decide
-// for all, any other. treated: without pictures, how those are treated. notes: why there may be none.
-bool brings_picture(const Pattern &meshes, const Frames &frames, const FacePictures &treated,
+// for all, any other. notes: why there may be none.
+bool brings_picture(const Pattern &meshes, const Frames &frames, const media::MemoryLimit &limit,
                     std::vector<std::string> &notes) {
   if (!may_bring_picture(meshes.text())) return false;
   bool is_first = true;
@@ -519,20 +502,14 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, const FacePictu
     const std::string path = meshes.file(number);
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) continue; // is said when all files are checked
-    check_mesh_memory(path, treated.limit);
+    check_mesh_memory(path, limit);
     if (is_gltf(path)) {
-      if (facts_of(path).base_colour) {
-        note_scale(path, treated, notes);
-        return true;
-      }
+      if (facts_of(path).base_colour) return true;
     } else if (is_one_of(path, {".ply"})) {
       const PlyPictures pictures = ply_pictures(read_file(path, max_mesh_file), path);
       if (!pictures.names.empty()) {
         const std::string why = why_no_picture(path, pictures);
-        if (why.empty()) {
-          note_scale(path, treated, notes);
-          return true;
-        }
+        if (why.empty()) return true;
         notes.push_back(path + ": has no picture: " + why + "; the atlas option names one");
         return false;
       }
@@ -540,10 +517,7 @@ bool brings_picture(const Pattern &meshes, const Frames &frames, const FacePictu
       const std::string bytes = read_file(path, max_mesh_file);
       if (is_first || bytes.find("mtllib") != bytes.npos) {
         const ObjMaterials materials = parse_obj_materials(bytes, path);
-        if (materials.picture) {
-          note_scale(path, treated, notes);
-          return true;
-        }
+        if (materials.picture) return true;
         if (is_first)
           for (const std::string &missing : materials.missing)
             notes.push_back(path + ": has no picture: " + missing + "; the atlas option names one");
@@ -568,11 +542,9 @@ void set_meshes(Capture &capture, const Inputs &inputs, const Names &names) {
   if (capture.animation) capture.animation = animation(capture.frames.first);
   capture.meshes = parse_pattern("meshes", names(inputs.meshes, false));
   if (atlas) capture.atlas = Atlas{names(*atlas, capture.frames), std::nullopt};
-  FacePictures treated;
-  treated.limit = capture.memory_limit;
-  treated.bake_repeats = inputs.bake_repeats;
-  if (inputs.atlas == embedded || (inputs.atlas.empty() && capture.cameras.empty() &&
-                                   brings_picture(meshes, capture.frames, treated, capture.notes)))
+  if (inputs.atlas == embedded ||
+      (inputs.atlas.empty() && capture.cameras.empty() &&
+       brings_picture(meshes, capture.frames, capture.memory_limit, capture.notes)))
     capture.atlas = Atlas{};
   if (capture.atlas) capture.atlas->bake_repeats = inputs.bake_repeats;
 }

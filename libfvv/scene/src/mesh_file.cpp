@@ -133,14 +133,22 @@ bool may_bring_picture(const std::string &path) {
   return is_gltf(path) || extension_of(path) == ".obj" || extension_of(path) == ".ply";
 }
 
-MeshPicture read_mesh_picture(const std::string &path, const media::MemoryLimit &limit) {
+namespace {
+
+// The pictures of a mesh file, at least one.
+FacePictures mesh_pictures(const std::string &path) {
   if (!may_bring_picture(path)) fail_extension(path, extension_of(path), ".glb, .gltf, .obj or .ply");
   const std::string bytes = read_file(path, max_mesh_file);
   FacePictures faces;
   if (is_gltf(path)) {
     faces = gltf::face_pictures(gltf::read_scene(bytes, path, gltf::NoAnimation{}, limits_or_default(nullptr),
                                                  gltf::Texture::pictures));
-    if (!faces.has_picture()) return {parse_gltf_picture(bytes, path), path};
+    if (!faces.has_picture()) {
+      FacePicture only = {path};
+      only.load = [bytes, path] { return parse_gltf_picture(bytes, path); };
+      faces = {};
+      faces.add(std::move(only), path);
+    }
   } else if (extension_of(path) == ".ply") {
     parse_ply_pictures(bytes, path, nullptr, nullptr, false, faces);
   } else {
@@ -150,9 +158,20 @@ MeshPicture read_mesh_picture(const std::string &path, const media::MemoryLimit 
       throw Error(path + ": expected the picture " + quote(*picture) + " of map_Kd, which " + why);
     parse_obj_pictures(bytes, path, nullptr, nullptr, false, faces);
   }
+  return faces;
+}
+
+} // namespace
+
+MeshPicture read_mesh_picture(const std::string &path, const media::MemoryLimit &limit) {
+  FacePictures faces = mesh_pictures(path);
   faces.limit = limit;
   const bool is_only = faces.pictures.size() == 1;
   return {atlas_picture(faces, path), is_only ? faces.pictures[0].name : path};
+}
+
+AtlasSize mesh_picture_size(const std::string &path) {
+  return atlas_size(mesh_pictures(path), path);
 }
 
 std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name,

@@ -24,6 +24,7 @@ constexpr uint64_t max_library = uint64_t(1) << 24; // 100,000 materials
 // Options of a map with one argument that changes nothing in a picture that is neither repeated nor filtered.
 constexpr std::string_view skipped[] = {"-blendu", "-blendv", "-bm",      "-boost",
                                         "-cc",     "-clamp",  "-imfchan", "-texres"};
+constexpr std::string_view clamp = "-clamp"; // of these; says what is beyond the picture
 
 struct Numbers {
   std::string_view option;
@@ -97,7 +98,8 @@ private:
   };
 
   // Options, then a name, which may have blanks.
-  std::string picture(std::string_view rest) {
+  MaterialPicture picture(std::string_view rest) {
+    bool is_clamped = false;
     for (std::string_view after = rest, option; next_word(after, option) && option[0] == '-'; after = rest) {
       const auto numbers = std::find_if(std::begin(numeric), std::end(numeric),
                                         [&](const Numbers &one) { return one.option == option; });
@@ -107,13 +109,15 @@ private:
         fail("expected the name of a picture after map_Kd, found the unknown option " + quote(option));
       else if (std::string_view argument; !next_word(after, argument))
         fail("expected an argument of " + std::string(option) + ", found none");
+      else if (option == clamp)
+        is_clamped = lower(argument) == "on";
       rest = after;
     }
     std::string file = as_name(trimmed(rest));
     if (file.empty()) fail("expected the name of a picture after map_Kd, found none");
     if (file.find('\0') != file.npos)
       fail("expected a picture below the folder of the OBJ file or in one beside it, found " + quote(file));
-    return file;
+    return {file, is_clamped};
   }
 
   // The last word of a line is the name of the picture, even if it is a number.
@@ -230,20 +234,20 @@ namespace {
 
 // What the libraries of an OBJ file say, by material.
 struct Materials {
-  std::vector<std::string> libraries, missing;              // as ObjMaterials has them
-  std::map<std::string, std::string, std::less<>> pictures; // paths
+  std::vector<std::string> libraries, missing; // as ObjMaterials has them
+  MaterialPictures pictures;                   // with their paths
   std::map<std::string, std::array<uint8_t, 3>, std::less<>> colours;
 
-  std::optional<std::string> picture_of(std::string_view material) const {
+  std::optional<MaterialPicture> picture_of(std::string_view material) const {
     const auto found = pictures.find(material);
-    return found == pictures.end() ? std::nullopt : std::optional<std::string>(found->second);
+    return found == pictures.end() ? std::nullopt : std::optional<MaterialPicture>(found->second);
   }
   // Of faces without a material, or with one that no library has: the picture of all materials, if that is
   // but one.
-  std::optional<std::string> only_picture() const {
+  std::optional<MaterialPicture> only_picture() const {
     std::set<std::string> all;
-    for (const auto &[material, picture] : pictures) all.insert(picture);
-    return all.size() == 1 ? std::optional<std::string>(*all.begin()) : std::nullopt;
+    for (const auto &[material, picture] : pictures) all.insert(picture.file);
+    return all.size() == 1 ? std::optional<MaterialPicture>(pictures.begin()->second) : std::nullopt;
   }
 };
 
@@ -266,8 +270,10 @@ Materials load_libraries(const std::string &obj, const std::vector<std::string_v
       const std::string file = library.string(), stored = read_file(file, max_library);
       const std::string_view bytes = as_usual(stored, kept);
       out.libraries.push_back(file);
-      for (auto &[material, picture] : parse_mtl(bytes, file))
-        out.pictures.emplace(material, picture_path(obj, library.parent_path().string(), picture, file));
+      for (auto &[material, picture] : parse_mtl(bytes, file)) {
+        picture.file = picture_path(obj, library.parent_path().string(), picture.file, file);
+        out.pictures.emplace(material, std::move(picture));
+      }
       out.colours.merge(parse_mtl_colours(bytes));
     }
   }
@@ -287,15 +293,16 @@ std::vector<FacePicture> material_pictures(const std::string &obj,
   });
   std::vector<FacePicture> out;
   for (const std::string_view material : used) {
-    std::optional<std::string> picture = materials.picture_of(material);
+    std::optional<MaterialPicture> picture = materials.picture_of(material);
     if (!any) picture = materials.only_picture();
     const auto colour = materials.colours.find(material);
     FacePicture one;
-    one.name = picture ? *picture : "material " + quote(material);
+    one.name = picture ? picture->file : "material " + quote(material);
+    if (picture && picture->is_clamped) one.wrap = {Wrap::clamp, Wrap::clamp};
     one.has_colour = colour != materials.colours.end();
     one.colour = one.has_colour ? colour->second : grey;
     if (picture)
-      one.load = [path = *picture, obj] {
+      one.load = [path = picture->file, obj] {
         if (const std::string why = why_unreadable(path); !why.empty())
           throw Error(obj + ": expected the picture " + quote(path) + " of map_Kd, which " + why + "; " +
                       option_name("atlas") + " names another, or none");
@@ -311,8 +318,9 @@ ObjMaterials read_materials(const std::string &obj, const std::vector<std::strin
   Materials materials = load_libraries(obj, libraries);
   ObjMaterials out;
   for (const std::string_view material : used)
-    if (const auto picture = materials.picture_of(material); picture && !out.picture) out.picture = picture;
-  if (!out.picture) out.picture = materials.only_picture();
+    if (const auto picture = materials.picture_of(material); picture && !out.picture)
+      out.picture = picture->file;
+  if (const auto only = materials.only_picture(); only && !out.picture) out.picture = only->file;
   out.libraries = std::move(materials.libraries);
   out.missing = std::move(materials.missing);
   if (!out.picture && !materials.pictures.empty())

@@ -13,7 +13,11 @@ namespace fvv::scene {
 // What map_Kd names, by material: relative to the folder of the library, with / between folders. Materials
 // without map_Kd are left out. Throws Error with name and line, also for options that move or tint the
 // picture, and for names that are absolute.
-using MaterialPictures = std::map<std::string, std::string, std::less<>>;
+struct MaterialPicture {
+  std::string file;
+  bool is_clamped = false; // -clamp on: beyond its borders it goes on as there; else it repeats
+};
+using MaterialPictures = std::map<std::string, MaterialPicture, std::less<>>;
 MaterialPictures parse_mtl(std::string_view bytes, const std::string &name);
 
 // Kd by material, display values; those without are left out.

@@ -107,7 +107,7 @@ public:
     std::vector<uint32_t> index;
     const std::vector<FacePicture> shown = material_pictures(name, libraries, used);
     for (const FacePicture &one : shown) {
-      std::string key = one.name;
+      std::string key = one.name + (one.wrap[0] == Wrap::clamp ? " clamped" : "");
       if (one.is_colour()) key.assign(one.colour.begin(), one.colour.end());
       index.push_back(uint32_t(out.add(one, key)));
     }

@@ -45,8 +45,9 @@ FVV_FUZZ_TARGET(obj, fuzz::Form::bytes) {
   } catch (const fvv::Error &) {}
   try {
     for (const auto &[material, picture] : fvv::scene::parse_mtl(text, "input"))
-      fuzz::expect(!material.empty() && !picture.empty() && picture[0] != '/' &&
-                       picture.find(':') == picture.npos && picture.find('\\') == picture.npos,
+      fuzz::expect(!material.empty() && !picture.file.empty() && picture.file[0] != '/' &&
+                       picture.file.find(':') == picture.file.npos &&
+                       picture.file.find('\\') == picture.file.npos,
                    "a material has a relative name of its picture");
   } catch (const fvv::Error &) {}
 }

@@ -230,6 +230,36 @@ def test_wraps_of_gltf(wrap, place):
     check_colours(mesh, points, faces, uv, wrap)
 
 
+@pytest.mark.parametrize("options", ["-clamp on", "-clamp ON -bm 1", "-blendu on -clamp on"])
+@pytest.mark.parametrize("materials", ["a", "ab"])
+def test_a_library_that_clamps(options, materials, place):
+    (place / "m.mtl").write_text("".join(f"newmtl {name}\nmap_Kd {options} {name}.png\n" for name in "ab"))
+    points, faces = ball()
+    uv = coordinates(points, faces, (3, 2)) - [1.3, 0.6]
+    (place / "a.obj").write_text(obj(points, faces, uv, materials))
+    (mesh,) = through("a.obj")
+    check_whole(mesh, points, faces)
+    check_colours(mesh, points, faces, uv, (CLAMP, CLAMP), range(len(materials)))
+    done = run("fvvmux", "--meshes", "a.obj", "-o", "o.fvv", "--force", code=1)
+    assert "the picture ends on the face" in done.stderr and "--bake-repeats" in done.stderr
+
+
+def test_one_picture_clamped_and_repeated(place):
+    (place / "m.mtl").write_text("newmtl a\nmap_Kd -clamp on a.png\nnewmtl b\nmap_Kd -clamp off a.png\n")
+    points, faces = ball()
+    uv = coordinates(points, faces, (1, 1)) * 0 + [[[1.2, 0.4], [1.4, 0.4], [1.4, 0.6]]]
+    (place / "a.obj").write_text(obj(points, faces, uv, "ab"))
+    run("fvvmux", "--meshes", "a.obj", "-o", "o.fvv", "--codec", "jpeg", "--quality", "95")
+    run("fvvdemux", "o.fvv", "-o", "x", "--meshes", "glb")
+    (mesh,) = trimesh.load("x/meshes/0000.glb", process=False).geometry.values()
+    pixels = np.asarray(mesh.visual.material.baseColorTexture.convert("RGB"), float)
+    at = (mesh.visual.uv[mesh.faces].mean(1) * [1, -1] + [0, 1]) * pixels.shape[1::-1]
+    reds = [pixels[int(row), min(int(column), pixels.shape[1] - 1), 0] for column, row in at]
+    expected = [colour(0, np.array(u), np.array(0.5))[0] for u in (1, 1 / 3)]
+    near = [np.abs(np.array(reds) - red) < 8 for red in expected]
+    assert near[0].sum() == near[1].sum() == len(faces) / 2
+
+
 def test_an_animation_is_cut_alike_in_all_frames(place):
     points, faces = ball()
     uv = coordinates(points, faces, (3, 2))

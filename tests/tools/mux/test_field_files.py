@@ -728,3 +728,48 @@ def test_cameras_whose_pose_is_of_another_kind(name, place):
     message = run("fvvmux", "c", "-o", "o.fvv", code=3, warns=True).stderr
     # On a ring whose cameras see its middle two of them may look alike.
     assert name in message and ": the mesh would be in 4 of 4 pictures" in message
+
+
+def test_cameras_that_see_nothing(place):
+    """One camera whose pose is right is not enough; those that see nothing are named, with what fits."""
+    write_sphere(place / "c", np.array([2.0, 9.0, -6.0]))
+    capture = json.loads((place / "c/capture.json").read_text())
+    for camera in capture["cameras"][1:]:
+        r, t = np.array(camera["rotation"]), np.array(camera["translation"])
+        camera["rotation"], camera["translation"] = (MIRROR @ r).tolist(), (MIRROR @ t).tolist()
+    capture["cameras"][2]["name"] = "left"
+    (place / "c/capture.json").write_text(json.dumps(capture))
+    message = run("fvvmux", "c", "-o", "o.fvv", code=3, warns=True).stderr
+    assert "the mesh is in no picture of camera 1, camera 2 (left), camera 3, in any frame" in message
+    assert "their poses with y up and z backwards (OpenGL): the mesh would be in 3 of 3 pictures" in message
+
+
+@pytest.mark.parametrize("visible", [0, 2, 4, None])
+def test_a_camera_of_a_part_of_the_stage_sees_the_mesh_at_times(visible, place):
+    """One frame in which it sees something is enough, wherever in the take that is."""
+    write_sphere(place / "c", np.zeros(3))
+    capture = json.loads((place / "c/capture.json").read_text())
+    capture["frames"]["count"] = 5
+    capture["meshes"]["pattern"] = "%d.obj"
+    lines = (place / "c/m.obj").read_text().splitlines()
+    for frame in range(5):
+        away = 0 if frame == visible else 1
+        moved = [
+            "v {} {} {}".format(*line.split()[1:3], float(line.split()[3]) + away)
+            if line.startswith("v ")
+            else line
+            for line in lines
+        ]
+        (place / f"c/{frame}.obj").write_text("\n".join(moved) + "\n")
+    for camera in capture["cameras"]:
+        camera["pictures"] = {"pattern": f"p{camera['id']}_%d.png"}
+        for frame in range(5):
+            (place / f"c/p{camera['id']}_{frame}.png").write_bytes(
+                (place / f"c/{camera['id']}.png").read_bytes()
+            )
+    # Sees what is around the origin alone.
+    narrow = capture["cameras"][0]
+    narrow["intrinsics"] |= {"fx": 1500, "fy": 1500}
+    (place / "c/capture.json").write_text(json.dumps(capture))
+    done = run("fvvmux", "c", "-o", "o.fvv", code=(0, 3), warns=True)
+    assert ("in no picture of camera 0" in done.stderr) == (visible is None)

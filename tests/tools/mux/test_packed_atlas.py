@@ -134,7 +134,11 @@ def shown(name, *more, code=0):
     """What the stream's mesh shows in the middle of each half of each square, from left to right."""
     done = run("fvvmux", "--meshes", name, "-o", "o.fvv", "--quality", "40", "--force", *more, code=code)
     run("fvvdemux", "o.fvv", "-o", "x", "--meshes", "glb", "--force")
-    (mesh,) = trimesh.load("x/meshes/0000.glb", process=False).geometry.values()
+    return done, shown_by("x/meshes/0000.glb")
+
+
+def shown_by(file):
+    (mesh,) = trimesh.load(file, process=False).geometry.values()
     texture = np.asarray(mesh.visual.material.baseColorTexture.convert("RGB"), int)
     uv = mesh.visual.uv[mesh.faces].mean(1)
     middles = mesh.vertices[mesh.faces].mean(1)[:, 0]
@@ -143,7 +147,7 @@ def shown(name, *more, code=0):
         row, column = int((1 - v) * texture.shape[0]), int(u * texture.shape[1])
         pixel = texture[min(row, len(texture) - 1), min(column, texture.shape[1] - 1)]
         found.setdefault(int(2 * x), []).append(pixel)
-    return done, [np.mean(found[half], 0) for half in sorted(found)]
+    return [np.mean(found[half], 0) for half in sorted(found)]
 
 
 def check(found, expected):
@@ -177,6 +181,49 @@ def test_frames_of_several_materials(place):
     for frame in range(2):
         (place / f"m{frame}.obj").write_text(obj("ab"))
     check(shown("m%d.obj")[1], SHOWN)
+
+
+ORANGE = [(255, 128, 0)] * 2
+SHOWN_BY = {"a": HALVES["a.png"], "b": HALVES["b.png"], "c": ORANGE}
+
+
+@pytest.mark.parametrize("more", [(), ("--codec", "jpeg"), ("--ladder", "1,0.5"), ("--bit-depth", "10")])
+@pytest.mark.parametrize("takes", [["a", "ab", "cab"], ["ab", "a", "b"], ["bcaab", "a", "acb", "b"]])
+def test_materials_that_change_from_frame_to_frame(takes, more, place):
+    """Each of the frames has an atlas of its own size, and all are sent with one."""
+    if "10" in more:
+        more = (*more, "--codec", "hevc")
+    for frame, materials in enumerate(takes):
+        (place / f"m{frame}.obj").write_text(obj(materials))
+    done = run("fvvmux", "--meshes", "m%d.obj", "-o", "o.fvv", "--quality", "40", "--verify", *more)
+    assert not done.stderr
+    run("fvvdemux", "o.fvv", "-o", "x", "--meshes", "glb", "--force")
+    for frame, materials in enumerate(takes):
+        check(shown_by(f"x/meshes/{frame:04}.glb"), [half for name in materials for half in SHOWN_BY[name]])
+
+
+def test_pictures_that_change_their_size_on_the_same_faces(place):
+    """Connectivity stays: texture coordinates of the key frame would be wrong."""
+    for frame, width in enumerate((64, 320, 32, 200)):
+        folder = place / f"f{frame}"
+        folder.mkdir()
+        picture(RED, GREEN, size=(width, 48)).save(folder / "a.png")
+        picture(BLUE, YELLOW, size=(64, 48 + 3 * width)).save(folder / "b.png")
+        (folder / "m.mtl").write_text((place / "m.mtl").read_text())
+        (folder / "m.obj").write_text(obj("ab"))
+    run("fvvmux", "--meshes", "f%d/m.obj", "-o", "o.fvv", "--quality", "40", "--verify")
+    run("fvvdemux", "o.fvv", "-o", "x", "--meshes", "glb", "--force")
+    for frame in range(4):
+        check(shown_by(f"x/meshes/{frame:04}.glb"), SHOWN)
+
+
+def test_a_scale_of_a_later_frame_is_said(place):
+    for name, halves in HALVES.items():
+        picture(*halves, size=(9000 if name == "b.png" else 7000, 16)).save(name)
+    for frame, materials in enumerate(["a", "ab"]):
+        (place / f"m{frame}.obj").write_text(obj(materials))
+    done = run("fvvmux", "--meshes", "m%d.obj", "-o", "o.fvv", "--quality", "40", code=3)
+    assert "m1.obj" in done.stderr and "0.75 of their width" in done.stderr
 
 
 @pytest.mark.parametrize("wrap", [10497, 33648, 33071])

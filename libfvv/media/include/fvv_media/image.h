@@ -40,6 +40,8 @@ std::string why_no_picture(const uint8_t *bytes, size_t size);
 
 // From the file's header alone; the format by content, never by the name's extension.
 ImageInfo probe_image(const std::string &path);
+// The same from memory; name begins error messages.
+ImageInfo probe_image(const uint8_t *bytes, size_t size, const std::string &name);
 
 // MemoryError when read_image or decode_image would take more than limit, by the file's header: RGB of 16
 // bits and its copy in other samples, of OpenEXR four channels and three of float.

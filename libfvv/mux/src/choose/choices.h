@@ -82,6 +82,10 @@ std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame)
 // fit; true if it did. meshes: as in the files. The plan's winding is chosen.
 bool warn_of_coordinates(const Plan &plan, const std::vector<SampledMesh> &meshes);
 
+// Warns of cameras in whose pictures the mesh is never, though others see it; true if it did. meshes: as in
+// the files. The plan's winding is chosen.
+bool warn_of_blind_cameras(const Plan &plan, const std::vector<SampledMesh> &meshes);
+
 // Warns of cameras whose masks have no foreground in any frame, or no background, though the mesh is in their
 // pictures; true if it did. meshes: as in the files.
 bool warn_of_masks(const Plan &plan, const std::vector<SampledMesh> &meshes);

@@ -3,6 +3,7 @@
 #include "fvv_geometry/outline.h"
 #include "fvv_render/vector.h"
 #include "mux/src/choose/choices.h"
+#include "mux/src/meshes.h"
 #include "mux/src/terms.h"
 
 #include <algorithm>
@@ -168,6 +169,15 @@ std::string best_of(const Candidates &all, size_t cameras, const char *subject, 
                      cameras);
 }
 
+std::string advice_for_cameras(const std::vector<fvv_camera> &cameras, const std::vector<Point> &places,
+                               const char *subject) {
+  return best_of(camera_candidates, cameras.size(), subject, [&](const CameraCandidate &candidate) {
+    std::vector<fvv_camera> changed = cameras;
+    for (fvv_camera &camera : changed) candidate.change(camera);
+    return fitting(changed, places);
+  });
+}
+
 std::string advice_for(const std::vector<fvv_camera> &cameras, const std::vector<Point> &places) {
   const std::string of_meshes =
       best_of(candidates, cameras.size(), "meshes", [&](const Candidate &candidate) {
@@ -176,11 +186,7 @@ std::string advice_for(const std::vector<fvv_camera> &cameras, const std::vector
         return fitting(cameras, moved);
       });
   if (!of_meshes.empty()) return of_meshes;
-  return best_of(camera_candidates, cameras.size(), "cameras", [&](const CameraCandidate &candidate) {
-    std::vector<fvv_camera> changed = cameras;
-    for (fvv_camera &camera : changed) candidate.change(camera);
-    return fitting(changed, places);
-  });
+  return advice_for_cameras(cameras, places, "cameras");
 }
 
 } // namespace
@@ -212,6 +218,74 @@ bool warn_of_coordinates(const Plan &plan, const std::vector<SampledMesh> &sampl
                      (inside ? " (surroundings that were filmed from inside: " +
                                    option_name("winding", "flip") + " turns their faces round)"
                              : ""));
+  return true;
+}
+
+namespace {
+
+constexpr size_t most_searched = 64; // frames of a take in which a camera may see something
+
+// Surface may cover a picture in which it has no vertex.
+bool sees(const fvv_camera &camera, const geometry::Mesh &mesh, const std::vector<Point> &places) {
+  if (look(camera, places).within) return true;
+  constexpr uint32_t enough = 240; // pixels of the longer side
+  const uint32_t longer = std::max(camera.width, camera.height);
+  const auto side = [&](uint32_t size) {
+    return longer <= enough ? size : std::max<uint32_t>(1, uint32_t(uint64_t(size) * enough / longer));
+  };
+  try {
+    const std::vector<uint8_t> covered =
+        geometry::ViewedSurface(mesh.positions, mesh.faces)
+            .cover(geometry::resized(camera, side(camera.width), side(camera.height)));
+    return std::any_of(covered.begin(), covered.end(), [](uint8_t value) { return value != 0; });
+  } catch (const std::invalid_argument &) {
+    return true; // the canonicaliser reports the error
+  }
+}
+
+} // namespace
+
+bool warn_of_blind_cameras(const Plan &plan, const std::vector<SampledMesh> &sampled) {
+  const scene::Capture &capture = plan.capture;
+  // Of frames in memory the take is not known yet.
+  if (capture.memory || !plan.winding.by_cameras) return false;
+  std::vector<size_t> blind;
+  for (size_t i = 0; i < capture.cameras.size(); i++)
+    if (capture.cameras[i].pictures) blind.push_back(i);
+  const auto search = [&](int64_t number, const geometry::Mesh &mesh) {
+    const std::vector<Point> places = places_of(mesh);
+    blind.erase(std::remove_if(blind.begin(), blind.end(),
+                               [&](size_t i) {
+                                 const scene::Camera &camera = capture.cameras[i];
+                                 return camera.is_calibrated(number) &&
+                                        sees(camera.calibration_at(number), mesh, places);
+                               }),
+                blind.end());
+  };
+  for (const auto &[number, mesh] : sampled) search(number, mesh);
+  // Who walks about a stage is not always in each picture.
+  const std::vector<int64_t> numbers = capture.mesh_frames();
+  const size_t count = std::min(most_searched, numbers.size());
+  for (size_t k = 0; k < count && !blind.empty(); k++) {
+    plan.observer.check_cancelled();
+    const int64_t number = numbers[k * numbers.size() / count];
+    search(number, frame_mesh(capture, number));
+  }
+  if (blind.empty()) return false;
+  std::string names;
+  std::vector<fvv_camera> cameras;
+  for (const size_t i : blind) {
+    const scene::Camera &camera = capture.cameras[i];
+    names += (names.empty() ? "" : ", ") + scene::describe(camera);
+    if (camera.is_calibrated(sampled.front().number))
+      cameras.push_back(camera.calibration_at(sampled.front().number));
+  }
+  const std::vector<Point> places = places_of(sampled.front().mesh);
+  const std::string advice = advice_for_cameras(cameras, places, "their poses");
+  plan.observer.warn(capture.path + ": the mesh is in no picture of " + names + ", in " +
+                     (numbers.size() > count ? fvv::format("%zu of %zu frames", count, numbers.size())
+                                             : std::string("any frame")) +
+                     ": expected poses of all cameras in the coordinates of the meshes" + advice);
   return true;
 }
 

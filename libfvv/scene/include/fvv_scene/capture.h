@@ -78,9 +78,9 @@ struct Camera {
   fvv_camera calibration_at(int64_t frame) const;
 };
 
-// Pictures that the texture coordinates of the meshes address, one per frame or one for all, of one size.
+// Pictures that the texture coordinates of the meshes address, one per frame or one for all.
 struct Atlas {
-  std::optional<PictureSource> pictures; // nothing: the base colour images of glTF files
+  std::optional<PictureSource> pictures; // of one size; nothing: those that mesh files bring
   std::optional<uint32_t>
       texture_bits;          // of texture indices in the stream that this comes from, or is made for
   bool bake_repeats = false; // cut faces on which a picture repeats, so that each piece shows it once
@@ -194,6 +194,8 @@ uint64_t mesh_reads(const MeshCache &cache);
 
 // The picture that the mesh file of a frame number brings along.
 MeshPicture load_embedded_atlas(const Capture &capture, int64_t frame);
+// Of the picture of a frame number that has a mesh, without decoding it.
+AtlasSize embedded_atlas_size(const Capture &capture, int64_t frame);
 
 // The environment, which must be there, in metres and in the world of the meshes.
 struct Environment;

@@ -119,6 +119,13 @@ struct MeshPicture {
 // file that parse_obj_materials finds. Error for other formats, and where there is none.
 // limit: of decoding each of several pictures, which are packed into one.
 MeshPicture read_mesh_picture(const std::string &path, const media::MemoryLimit &limit = {});
+// Of the picture that a mesh file brings.
+struct AtlasSize {
+  uint32_t width = 0, height = 0;
+  double scale = 1; // of the pictures that are packed into it; below 1 where they are too large together
+};
+// Of that of read_mesh_picture, without decoding it. Throws Error.
+AtlasSize mesh_picture_size(const std::string &path);
 bool may_bring_picture(const std::string &path); // by its extension: glTF and OBJ
 
 // MemoryError when reading a mesh file would take more than limit: the file, and what its size can declare.

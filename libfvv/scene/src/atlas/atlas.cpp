@@ -108,10 +108,12 @@ AtlasLayout lay_out(const std::vector<Size> &sizes, const std::string &name) {
               std::to_string(most_side) + "x" + std::to_string(most_side) + " pixels: bake one of them");
 }
 
-Size size_of(const FacePicture &picture, const media::MemoryLimit &limit) {
+Size size_of(const FacePicture &picture) {
   if (picture.is_colour()) return {swatch, swatch};
-  const media::Image image = decoded(picture, limit);
-  return {image.width, image.height};
+  const std::string bytes = load(picture);
+  const media::ImageInfo info =
+      media::probe_image(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), picture.name);
+  return {info.width, info.height};
 }
 
 // Puts a picture at its place and continues its border around it.
@@ -177,8 +179,17 @@ void FacePictures::replace_pictures(FacePictures other) {
 
 AtlasLayout lay_out_atlas(const FacePictures &faces, const std::string &name) {
   std::vector<Size> sizes;
-  for (const FacePicture &picture : faces.pictures) sizes.push_back(size_of(picture, faces.limit));
+  for (const FacePicture &picture : faces.pictures) sizes.push_back(size_of(picture));
   return lay_out(sizes, name);
+}
+
+AtlasSize atlas_size(const FacePictures &faces, const std::string &name) {
+  if (faces.pictures.size() == 1) {
+    const Size own = size_of(faces.pictures[0]);
+    return {own.width, own.height, 1};
+  }
+  const AtlasLayout layout = lay_out_atlas(faces, name);
+  return {layout.width, layout.height, layout.scale};
 }
 
 std::string atlas_picture(const FacePictures &faces, const std::string &name) {
@@ -218,8 +229,9 @@ void settle_face(double (&corners)[3], const FacePicture *picture, size_t axis, 
   if (!beyond && !range.fits(whole))
     throw Error(name + ": face " + std::to_string(face) +
                 ": expected texture coordinates within one picture, found " + "uv"[axis] +
-                std::string(" from ") + range_text(range) +
-                ": the picture repeats on the face; have such faces cut (" + option_name("bake-repeats") +
+                std::string(" from ") + range_text(range) + ": the picture " +
+                (wrap == Wrap::clamp ? "ends" : "repeats") + " on the face; have such faces cut (" +
+                option_name("bake-repeats") +
                 ", or bake_repeats of the atlas in a capture.json), bake the picture into an atlas, or do "
                 "without (" +
                 option_name("atlas", "none") + ")");

@@ -57,6 +57,9 @@ struct AtlasLayout {
 // Of several pictures, or a picture and colours. The same on every machine. Throws Error.
 AtlasLayout lay_out_atlas(const FacePictures &faces, const std::string &name);
 
+// Of atlas_picture, by the headers of the pictures. Throws Error.
+AtlasSize atlas_size(const FacePictures &faces, const std::string &name);
+
 // The bytes of the picture that the mesh shows: of the only one as they are, if it has no tint, else a PNG
 // file. Throws Error.
 std::string atlas_picture(const FacePictures &faces, const std::string &name);
