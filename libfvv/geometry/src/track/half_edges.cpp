@@ -87,9 +87,9 @@ std::vector<uint32_t> HalfEdges::parts(const std::vector<uint8_t> &in) const {
 
 void HalfEdges::fill(std::vector<uint8_t> &in, size_t least) const {
   const std::vector<uint32_t> part = parts(in);
-  std::vector<size_t> faces(in.size());
-  for (const uint32_t p : part) faces[p]++;
-  for (size_t f = 0; f < in.size(); f++) in[f] |= uint8_t(faces[part[f]] < least && !in[f]);
+  std::vector<size_t> sizes(in.size());
+  for (const uint32_t p : part) sizes[p]++;
+  for (size_t f = 0; f < in.size(); f++) in[f] |= uint8_t(sizes[part[f]] < least && !in[f]);
 }
 
 } // namespace fvv::track
