@@ -19,6 +19,7 @@ ORDER = (
     "cameras",
     "rungs",
     "groups",
+    "presets",
     "track",
     "calibration",
     "paper",
@@ -28,9 +29,11 @@ ORDER = (
 
 def all_experiments():
     """Those of all modules of this folder that list some."""
+    folder = str(pathlib.Path(__file__).parent)
     names = [
-        m.name for m in pkgutil.iter_modules([str(pathlib.Path(__file__).parent)]) if m.name != "__main__"
+        m.name.removeprefix(f"{__package__}.") for m in pkgutil.walk_packages([folder], f"{__package__}.")
     ]
+    names.remove("__main__")
     names.sort(key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
     modules = [importlib.import_module(f"{__package__}.{name}") for name in names]
     return [e for module in modules for e in getattr(module, "EXPERIMENTS", ())]

@@ -4,7 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from charts import growth, stability_camera, stability_link, stability_mesh
+from charts import growth
+from charts.stability import camera as stability_camera
+from charts.stability import link as stability_link
+from charts.stability import mesh as stability_mesh
 
 
 def test_clicks_are_found_where_the_clock_of_the_recorder_puts_them(tmp_path):

@@ -28,9 +28,9 @@ struct Frames : Opened {
     add(mesh.faces, 12 * size_t(mesh.face_count));
     const uint8_t *colours = nullptr;
     uint32_t count = 0;
-    const fvv_status status = fvv_stream_colours(stream, f, 1, &colours, &count, &diagnostic);
-    CHECK((status == FVV_OK || status == FVV_END));
-    if (status == FVV_OK) CHECK(count == mesh.vertex_count);
+    const fvv_status got = fvv_stream_colours(stream, f, 1, &colours, &count, &diagnostic);
+    CHECK((got == FVV_OK || got == FVV_END));
+    if (got == FVV_OK) CHECK(count == mesh.vertex_count);
     add(colours, 3 * size_t(count));
     fvv_mesh_free(&mesh);
     return out;

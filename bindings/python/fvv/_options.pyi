@@ -32,7 +32,7 @@ class EncodeOptions(TypedDict, total=False):
     #: backfacing: the faces are inside out). Default: neighbours are made to agree, with a warning in that case.
 
     mesh_level: int | None
-    #: Draco: 0 is fastest, 10 is smallest. Default: 9.
+    #: Draco: 0 is fastest, 10 is smallest. Default: the preset's, 9 of medium.
 
     normals: Literal["auto", "always", "never"] | None
     #: Send the source's: auto (where more than 1 % of the first mesh's vertices lie on hard edges: computed from all
@@ -46,8 +46,8 @@ class EncodeOptions(TypedDict, total=False):
 
     track: Literal["auto", "never", "always"] | None
     #: Follow surfaces whose faces change in every frame, and send runs of frames as motion, with a patch where that
-    #: fails: auto (where it takes fewer bytes), always (on a finer lattice, for long runs) or never, the default: it
-    #: takes one to two seconds a frame (docs/encoding/tracking.md). Default: never.
+    #: fails: auto (where it takes fewer bytes), always (on a finer lattice, for long runs) or never: it takes one to
+    #: two seconds a frame (docs/encoding/tracking.md). Default: auto with the preset slow, else never.
 
     min_component: int | None
     #: Drop connected pieces with fewer faces. Default: 0.
@@ -179,6 +179,11 @@ class EncodeOptions(TypedDict, total=False):
 
     sound_channels: int | None
     #: Of sound that is encoded, at most: more are mixed down; sound with a place in the scene has one. Default: 2.
+
+    preset: Literal["live", "fast", "medium", "slow"] | None
+    #: How long encoding may take: live, fast, medium or slow. slow also follows surfaces (track); fast and live send
+    #: no visibility and no colours of the pictures for vertices, and measure some or none of the decimated meshes.
+    #: Options that are given hold (docs/encoding/presets.md). Default: medium.
 
     live: bool | None
     #: No index and no footer.

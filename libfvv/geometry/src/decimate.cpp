@@ -148,7 +148,7 @@ Report measure_on_lattice(const Reference &reference, const geometry::Mesh &mesh
     report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
     return report;
   }
-  report.error = reference.measure(surface, max_over_rms * budget.pixels, outliers, looks);
+  report.error = reference.measure(surface, budget.most(), outliers, looks);
   for (uint32_t &face : outliers.faces) face = lasting[face];
   report.thin_area = outliers.area;
   return report;
@@ -158,15 +158,22 @@ namespace {
 
 // Pieces of the source that the mesh, rounded to the lattice, does not contain. vertices: the vertex of the
 // source for each vertex of mesh.
+std::vector<bool> vanished_pieces(const Pieces &pieces, const geometry::Mesh &mesh,
+                                  const std::vector<uint32_t> &vertices, const Budget &budget) {
+  std::vector<bool> gone(pieces.faces.size());
+  for (size_t i = 0; i < gone.size(); i++) gone[i] = pieces.area[i] > 0;
+  for (const uint32_t face : lasting_faces(mesh, budget.lattice))
+    gone[pieces.of_vertex[vertices[mesh.faces[3 * size_t(face)]]]] = false;
+  return gone;
+}
+
 Lost vanished(const geometry::Mesh &source, const geometry::Mesh &mesh, const std::vector<uint32_t> &vertices,
               const Budget &budget) {
   const Pieces pieces = find_pieces(source, first_alike(source, false));
-  std::vector<bool> there(pieces.faces.size());
-  for (const uint32_t face : lasting_faces(mesh, budget.lattice))
-    there[pieces.of_vertex[vertices[mesh.faces[3 * size_t(face)]]]] = true;
+  const std::vector<bool> gone = vanished_pieces(pieces, mesh, vertices, budget);
   Lost lost;
-  for (size_t i = 0; i < there.size(); i++) {
-    if (there[i] || !(pieces.area[i] > 0)) continue;
+  for (size_t i = 0; i < gone.size(); i++) {
+    if (!gone[i]) continue;
     lost.pieces++;
     lost.area += pieces.area[i];
   }
@@ -227,13 +234,15 @@ public:
   bool within(double target_error, bool last, Decimated &out, double &error) const {
     const int rounds_here = last ? last_rounds : rounds;
     const size_t most = last ? most_locked_at_last : most_locked;
-    const double limit = max_over_rms * budget.pixels;
+    const double limit = budget.most();
     Trial trial(reference, limit);
     std::vector<bool> locked;
     for (int round = 0; round < rounds_here; round++) {
       out = simplified({target_error, 0}, locked);
       error = out.report.error.rms_pixels;
       if (out.mesh.faces.empty()) return false;
+      // A piece that is gone may be nearer to others than its places may be off.
+      if (budget.checks == Checks::some && round + 1 < rounds_here && lock_vanished(out, locked)) continue;
       const compare::Faces surface(out.mesh);
       // Most parts that are cut off are far off even before vertices are fitted: their faces are locked at
       // once.
@@ -267,6 +276,20 @@ private:
       out.report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
     }
     return out;
+  }
+
+  // Locks the pieces of the source that are gone. Returns whether there are some.
+  bool lock_vanished(const Decimated &out, std::vector<bool> &locked) const {
+    const Pieces pieces = find_pieces(source, first_alike(source, false));
+    const std::vector<bool> gone = vanished_pieces(pieces, out.mesh, out.vertices, budget);
+    if (std::find(gone.begin(), gone.end(), true) == gone.end()) return false;
+    locked.resize(source.face_count());
+    bool is_new = false;
+    for (size_t f = 0; f < source.face_count(); f++) {
+      if (locked[f] || !gone[pieces.of_vertex[source.faces[3 * f]]]) continue;
+      locked[f] = is_new = true;
+    }
+    return is_new;
   }
 
   // Fits and measures. surface: of the mesh before.
@@ -348,8 +371,7 @@ std::optional<Decimated> by_proxy(const geometry::Mesh &source, const Footprint 
   report.target_error = out->report.target_error;
   report.locked_faces = out->report.locked_faces;
   out->report = report;
-  if (report.error.rms_pixels > budget.pixels || report.error.max_pixels > max_over_rms * budget.pixels)
-    return {};
+  if (report.error.rms_pixels > budget.pixels || report.error.max_pixels > budget.most()) return {};
   return out;
 }
 
@@ -359,6 +381,31 @@ double sharpest(const geometry::Mesh &mesh, const Footprint &footprint) {
   for (size_t v = 0; v < mesh.vertex_count(); v += 1 + mesh.vertex_count() / 1000)
     least = std::min(least, footprint.look(&mesh.positions[3 * v]).metres_per_pixel);
   return least;
+}
+
+// One simplification whose error is not measured; pieces that would vanish stay as they are. Nothing where no
+// camera sees the mesh.
+std::optional<Decimated> unmeasured(const geometry::Mesh &source, const Footprint &footprint,
+                                    const Budget &budget, double target_error) {
+  if (!(target_error > 0) || !std::isfinite(sharpest(source, footprint))) return {};
+  std::vector<uint32_t> faces = Simplifier(source, first_alike(source, true)).simplify({target_error, 0}, {});
+  Decimated out;
+  out.mesh = compact(source, faces, out.vertices);
+  const Pieces pieces = find_pieces(source, first_alike(source, false));
+  const std::vector<bool> gone = vanished_pieces(pieces, out.mesh, out.vertices, budget);
+  if (std::find(gone.begin(), gone.end(), true) != gone.end()) {
+    const size_t before = faces.size();
+    for (size_t k = 0; k < source.faces.size(); k++)
+      if (gone[pieces.of_vertex[source.faces[k - k % 3]]]) faces.push_back(source.faces[k]);
+    out.report.locked_faces = (faces.size() - before) / 3;
+    out.mesh = compact(source, faces, out.vertices);
+  }
+  if (!sound(out.mesh)) return {};
+  out.report.faces_before = source.face_count();
+  out.report.faces_after = out.mesh.face_count();
+  out.report.target_error = target_error;
+  out.report.measured = false;
+  return out;
 }
 
 } // namespace
@@ -390,6 +437,9 @@ Decimated decimate(const geometry::Mesh &given, const Footprint &footprint, cons
   if (sound(source) && budget.triangles) {
     Decimated attempt = Frame(source, footprint, budget).attempt({0, budget.triangles});
     if (std::isfinite(attempt.report.error.rms)) out = std::move(attempt);
+  } else if (sound(source) && budget.checks == Checks::none) {
+    if (std::optional<Decimated> found = unmeasured(source, footprint, budget, target_error))
+      out = std::move(*found);
   } else if (sound(source)) {
     std::optional<Decimated> found = by_proxy(source, footprint, budget, target_error);
     if (!found) found = within_budget(source, footprint, budget, target_error);
@@ -454,14 +504,26 @@ std::vector<uint32_t> alike_throughout(const Frames &frames, const geometry::Mes
   return alike;
 }
 
-// First, last, middle, then the others: if a frame exceeds the budget, one of these mostly does.
-std::vector<size_t> order_of(size_t count) {
+// The frames that are measured: first, last, middle, then the others. If a frame exceeds the budget, one of
+// these mostly does.
+std::vector<size_t> order_of(size_t count, Checks checks) {
   std::vector<size_t> order;
+  if (checks == Checks::none) return order;
   for (const size_t i : {size_t(0), count - 1, count / 2})
     if (std::find(order.begin(), order.end(), i) == order.end()) order.push_back(i);
-  for (size_t i = 1; i + 1 < count; i++)
+  const size_t step = checks == Checks::some ? 8 : 1;
+  for (size_t i = step; i + 1 < count; i += step)
     if (i != count / 2) order.push_back(i);
   return order;
+}
+
+// Of a frame, until it is measured.
+Report unmeasured_report(size_t faces_before, size_t faces_after) {
+  Report report;
+  report.faces_before = faces_before;
+  report.faces_after = faces_after;
+  report.measured = false;
+  return report;
 }
 
 } // namespace
@@ -484,7 +546,7 @@ bool TopologyRun::try_faces(const Frames &frames, const Budget &budget, const Re
     report.vanished = vanished(source, mesh, vertices, budget);
     worst = report.error.rms_pixels;
     if (budget.triangles) continue;
-    if (worst <= budget.pixels && report.error.max_pixels <= max_over_rms * budget.pixels) continue;
+    if (worst <= budget.pixels && report.error.max_pixels <= budget.most()) continue;
     std::rotate(order.begin(), order.begin() + std::ptrdiff_t(at), order.begin() + std::ptrdiff_t(at) + 1);
     return false;
   }
@@ -500,13 +562,14 @@ TopologyRun::TopologyRun(const Frames &frames, const Budget &budget, double targ
   const std::vector<uint32_t> alike = alike_throughout(frames, first);
   const Simplifier simplifier(first, alike);
   const Reference like(first, frames.footprint(0));
-  std::vector<size_t> order = order_of(frames.count);
+  std::vector<size_t> order = order_of(frames.count, budget.triangles ? Checks::all : budget.checks);
   for (int i = 0; i < attempts + last_attempts; i++) {
     const bool last = i >= attempts;
     std::vector<bool> locked;
     double worst = 0;
     for (int round = 0; round < (last ? last_rounds : rounds); round++) {
       faces = simplifier.simplify({target_error, budget.triangles}, locked);
+      reports.assign(frames.count, unmeasured_report(first.face_count(), faces.size() / 3));
       Outliers outliers;
       if (try_faces(frames, budget, like, order, outliers, worst)) {
         for (Report &report : reports) {

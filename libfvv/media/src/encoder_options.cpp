@@ -40,23 +40,24 @@ namespace {
  * stitchable: parameter sets that do not depend on the CRF, as groups of one stream may differ in it.
  * force-cfr: the rate in the parameter sets is the one that was given. chromaloc=1: chroma in the middle, as
  * to_yuv makes it. aud, info and repeat-headers: off, as fvv samples do not contain them. */
+#define FVV_X264_GROUP                                                                                       \
+  "keyint=infinite:scenecut=0:open-gop=0:bframes=0:threads=1:lookahead-threads=1:sliced-threads=0:"          \
+  "cpu-independent=1:"
+#define FVV_X264_SETS "stitchable=1:force-cfr=1:chromaloc=1:aud=0:repeat-headers=0:"
+
 const std::vector<VideoEncoder> encoders = {
     {FVV_CODEC_AVC1,
      "libx264",
      {{"preset", "slower"},
       {"tune", "psnr"},
       {"profile", "high"},
-      {"x264-params",
-       "keyint=infinite:scenecut=0:open-gop=0:bframes=0:threads=1:lookahead-threads=1:"
-       "sliced-threads=0:cpu-independent=1:stitchable=1:force-cfr=1:chromaloc=1:aud=0:repeat-headers=0:"
-       "me=hex:subme=8:weightp=1"}},
+      {"x264-params", FVV_X264_GROUP FVV_X264_SETS "me=hex:subme=8:weightp=1"}},
      avc_bitstream,
      8,
      false,
-     {{"preset", "veryfast"},
-      {"x264-params",
-       "keyint=infinite:scenecut=0:open-gop=0:bframes=0:threads=1:lookahead-threads=1:sliced-threads=0:"
-       "cpu-independent=1:trellis=1"}},
+     {{"preset", "veryfast"}, {"x264-params", FVV_X264_GROUP "trellis=1"}},
+     {{"preset", "slow"}, {"x264-params", FVV_X264_GROUP FVV_X264_SETS "me=hex:subme=7:weightp=1"}},
+     {{"preset", "veryfast"}, {"x264-params", FVV_X264_GROUP FVV_X264_SETS "trellis=1:subme=4"}},
      12,
      2.7,
      4.8,
@@ -74,6 +75,8 @@ const std::vector<VideoEncoder> encoders = {
      8,
      false,
      {},
+     {{"preset", "medium"}},
+     {{"preset", "superfast"}},
      12,
      3.3,
      13,
@@ -90,6 +93,8 @@ const std::vector<VideoEncoder> encoders = {
      1,
      true,
      {},
+     {{"cpu-used", "4"}},
+     {{"cpu-used", "5"}},
      75,
      1.5,
      0,
@@ -102,6 +107,8 @@ const std::vector<VideoEncoder> encoders = {
      1,
      false,
      {},
+     {{"cpu-used", "7"}},
+     {{"usage", "realtime"}, {"cpu-used", "8"}},
      50,
      0,
      0,
@@ -137,6 +144,11 @@ int look_ahead(const VideoSettings &settings) {
   constexpr int least = 10, of_preset = 60;
   const double frame = 1.5 * settings.width * settings.height;
   return std::clamp(int(most_bytes / frame), least, of_preset);
+}
+
+/* As the presets for drafts and live have it. */
+bool looks_little_ahead(const VideoSettings &settings) {
+  return settings.draft || settings.effort == Effort::live;
 }
 
 /* "23", "22.625". */
@@ -181,7 +193,7 @@ uint64_t encoding_memory(const VideoSettings &settings, size_t frames) {
   const VideoEncoder *encoder = find_encoder(settings.codec);
   double bytes = still; // a pixel
   if (encoder) {
-    const int ahead = settings.draft ? draft_ahead : look_ahead(settings);
+    const int ahead = looks_little_ahead(settings) ? draft_ahead : look_ahead(settings);
     bytes = encoder->memory +
             encoder->waiting_memory * few(encoder->waiting ? encoder->waiting : ahead + beyond) +
             encoder->kept_memory * few(settings.draft ? draft_kept : encoder->kept);
@@ -221,9 +233,12 @@ Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings,
   if (pass == AV_CODEC_FLAG_PASS2) context->stats_in = const_cast<char *>(statistics.c_str());
   for (const EncoderOption &option : encoder.options)
     set_option(context.get(), encoder, option.name, value_of(option, settings));
-  for (size_t i = 0; settings.draft && i < encoder.draft.size(); i++)
-    set_option(context.get(), encoder, encoder.draft[i].name, encoder.draft[i].value);
-  if (settings.codec == FVV_CODEC_AVC1 && !settings.draft)
+  for (const EncoderOption &option : settings.draft                    ? encoder.draft
+                                     : settings.effort == Effort::fast ? encoder.fast
+                                     : settings.effort == Effort::live ? encoder.live
+                                                                       : std::vector<EncoderOption>())
+    set_option(context.get(), encoder, option.name, value_of(option, settings));
+  if (settings.codec == FVV_CODEC_AVC1 && !looks_little_ahead(settings))
     set_option(context.get(), encoder, "rc-lookahead", std::to_string(look_ahead(settings)));
   set_option(context.get(), encoder, "crf", number_text(crf));
   const int code = avcodec_open2(context.get(), codec, nullptr);

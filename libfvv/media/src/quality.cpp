@@ -15,8 +15,11 @@ namespace {
 
 constexpr double decibels = 45;     // of a picture over a codec's scale
 constexpr double at_a_third = 39.5; // dB, what a third of the scale reaches
-// dB by which a draft is worse than the same quality without draft, about; measured with H.264.
-constexpr double draft_loss = 0.35;
+// dB by which a draft is worse than the same quality without draft, about; measured with H.264. With the
+// effort live there are no drafts: it is one.
+double draft_loss(Effort effort) {
+  return effort == Effort::full ? 0.35 : 0.2;
+}
 // dB by which the next cheaper quality has to miss the target, by the smallest fall of the drafts, to be
 // skipped. With pictures of cameras the fall of drafts was that of final encodings within 0.01 dB a step.
 constexpr double sure = 0.1;
@@ -150,9 +153,9 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<Sa
   int first = int(std::lround(steps / 3.0 + (at_a_third - target_db) * steps / decibels));
   double fall = decibels / steps; // dB a step
   int drafted = -1;               // the best step of drafts
-  if (has_drafts(settings.codec)) {
+  if (has_drafts(settings.codec) && settings.effort != Effort::live) {
     tried.draft = true;
-    Search search(steps, target_db - draft_loss, first, fall);
+    Search search(steps, target_db - draft_loss(settings.effort), first, fall);
     std::map<int, double> db; // of the steps that were tried
     while (!search.done() && !search.is_sure()) {
       const int step = search.step();

@@ -73,7 +73,7 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
 MeshLoader::MeshLoader(const Plan &plan, const DecimationChoice &decimation, const Tiling &tiles)
     : capture(plan.capture), tiling(tiles), choice(decimation), spans(plan.groups),
       has_constant_topology(plan.has_constant_topology), normals(plan.normals.bits != 0),
-      track(plan.tracking.on ? plan.options.track : Track::never), by_outlines(plan.tracking.by_outlines),
+      track(plan.tracking.on ? *plan.options.track : Track::never), by_outlines(plan.tracking.by_outlines),
       videos(plan.videos), outline_cameras(plan.outline_cameras), observer(plan.observer) {}
 
 MeshLoader::MeshLoader(const MeshLoader &other, Track other_track)
@@ -290,7 +290,7 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const PreparedMesh &source) {
   canonicalise(plan, i, source, holder, frame.report);
   OwnedBytes payload;
   fvv_diagnostic diagnostic = {};
-  fvv::check(fvv_mesh_encode(&holder, plan.options.mesh_profile, plan.options.mesh_level, nullptr, &payload,
+  fvv::check(fvv_mesh_encode(&holder, plan.options.mesh_profile, *plan.options.mesh_level, nullptr, &payload,
                              &diagnostic),
              name_of(plan, i), diagnostic);
   frame.payload = payload.copy();
@@ -363,7 +363,7 @@ public:
     report_specks(source, frames[0].report);
     std::vector<uint32_t> coded(3 * size_t(mesh.face_count));
     OwnedBytes payload;
-    fvv::check(fvv_mesh_encode_mapped(&mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
+    fvv::check(fvv_mesh_encode_mapped(&mesh, plan.options.mesh_profile, *plan.options.mesh_level, nullptr,
                                       &payload, &decoded, coded.data(), &diagnostic),
                name_of(plan, first), diagnostic);
     frames[0].payload = payload.copy();

@@ -55,7 +55,7 @@ PatchCoder::Coded PatchCoder::encode(const track::Patch &patch,
                                      const std::string &name) const {
   Coded out;
   out.profile = plan.options.mesh_profile;
-  out.level = plan.options.mesh_level;
+  out.level = *plan.options.mesh_level;
   out.absent.resize(decoded_corners.size() / 3);
   for (size_t f = 0; f < patch.absent.size(); f++) {
     if (!patch.absent[f]) continue;

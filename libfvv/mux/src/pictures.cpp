@@ -6,6 +6,7 @@
 #include "fvv_media/packed_image.h"
 #include "fvv_scene/memory_frames.h"
 #include "mux/src/meshes.h"
+#include "mux/src/options/presets.h"
 
 #include <algorithm>
 #include <cmath>
@@ -452,6 +453,7 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
                      options.bit_depth,
                      share_of_rate(plan, track)};
   choice.settings.parts = options.quality.is_psnr ? 0 : options.quality.value - choice.settings.quality;
+  choice.settings.effort = row_of(options.preset).pictures;
   const Sample<SampleType> sample(plan, track);
   choice.masks = sample.masked;
   choice.sample_frames = uint32_t(sample.count);
@@ -471,7 +473,8 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
     // What is lossless stays so at every size.
     const bool search = !options.bit_rate && (best ? std::isfinite(first) : options.quality.is_psnr);
     media::MeasuredGroup measured =
-        search ? media::choose_quality(choice.settings, sample.source(room), target, plan.view.on())
+        search ? media::choose_quality(choice.settings, sample.source(room), target,
+                                       plan.view.on() || options.preset < Preset::medium)
                : media::encode_measured(choice.settings, sample.source(room));
     if (search) choice.target_psnr = target;
     // A rate is searched again from the nearest whole one.

@@ -112,7 +112,7 @@ public:
       index.push_back(uint32_t(out.add(one, key)));
     }
     for (const uint32_t material_of_face : face_materials) out.of_face.push_back(index[material_of_face]);
-    for (const auto &[first, end] : bare_faces) {
+    for (const auto &[first, last] : bare_faces) {
       if (!out.has_picture())
         throw Error(name +
                     ": expected faces with a picture, found none and corners without texture coordinates");
@@ -122,8 +122,8 @@ public:
       plain.name = "faces without texture coordinates";
       plain.colour = picture.colour;
       const auto of_faces = uint32_t(out.add(plain, std::string(plain.colour.begin(), plain.colour.end())));
-      for (size_t face = first; face < end; face++) out.of_face[face] = of_faces;
-      report.untextured += end - first;
+      for (size_t face = first; face < last; face++) out.of_face[face] = of_faces;
+      report.untextured += last - first;
     }
     return out;
   }

@@ -40,9 +40,9 @@ using Displacement = std::function<double(Layer, Vec3)>;
 
 class Figure {
 public:
-  // rounding: how far parts flow together, times the usual.
-  explicit Figure(std::vector<Part> parts, Displacement displacement = {}, double rounding = 1)
-      : parts(std::move(parts)), displacement(std::move(displacement)), rounding(rounding) {}
+  // flow: how far parts flow together, times the usual.
+  explicit Figure(std::vector<Part> of, Displacement taken_off = {}, double flow = 1)
+      : parts(std::move(of)), displacement(std::move(taken_off)), rounding(flow) {}
   // About the distance from the surface in metres, negative inside.
   double distance(Vec3 p) const;
   // Unit vector of its steepest rise: outwards.

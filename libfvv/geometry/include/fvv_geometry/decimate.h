@@ -100,11 +100,24 @@ private:
 // not.
 constexpr double max_over_rms = 6;
 
+// Which meshes are measured. What is not measured is not promised: its error is about the simplifier's own.
+enum class Checks {
+  all,  // every frame, until it is within the budget and all its places within max_over_rms
+  some, // of frames that share their faces the first, last, middle and every eighth; places within 3
+        // max_over_rms
+  none  // no frame; pieces do not vanish
+};
+
 struct Budget {
   double pixels = 0.15;           // rms over the surface, including rounding to the lattice
   size_t triangles = 0;           // of a frame, in place of pixels, at any error; 0: pixels apply
   uint32_t min_piece = 0;         // pieces of fewer faces are dropped before all else
   geometry::Lattice lattice = {}; // that the stream has
+  Checks checks = Checks::all;    // with triangles of all frames
+
+  // What any place may be off, times pixels, and in pixels.
+  double most_over_rms() const { return (checks == Checks::some ? 3 : 1) * max_over_rms; }
+  double most() const { return most_over_rms() * pixels; }
 };
 
 // Connected pieces of the source, and their area in square metres.
@@ -136,7 +149,8 @@ struct Report {
   // A hull in another frame's faces, whose outlines are within the budget (track.h); its distance from the
   // frame's own hull need not be, and thin_area is 0.
   bool by_outlines = false;
-  bool kept = false; // the budget cannot be met with fewer faces: the unchanged source
+  bool measured = true; // error, volumes and thin_area are known
+  bool kept = false;    // the budget cannot be met with fewer faces: the unchanged source
 };
 
 // Measures a mesh, rounded to the budget's lattice, and fills the report but for target_error, locked_faces,

@@ -266,11 +266,11 @@ std::optional<Patch> Patcher::make(double limit, const Wanted &wanted) const {
 }
 
 void Patcher::widen(const Patch &patch, const decimate::Outliers &beyond, Wanted &wanted) const {
-  std::vector<uint32_t> remaining, near; // faces of the body
+  std::vector<uint32_t> remaining, close; // faces of the body
   for (uint32_t f = 0; f < patch.absent.size(); f++)
     if (!patch.absent[f]) remaining.push_back(f);
   for (const uint32_t f : beyond.faces)
-    if (f < remaining.size()) near.push_back(remaining[f]);
+    if (f < remaining.size()) close.push_back(remaining[f]);
   std::vector<bool> touched(points.size());
   for (const uint32_t f : beyond.faces)
     for (size_t k = 0; k < 3 && f >= remaining.size(); k++)
@@ -281,10 +281,10 @@ void Patcher::widen(const Patch &patch, const decimate::Outliers &beyond, Wanted
   for (const uint32_t v : beyond.vertices) {
     const double *p = &source.mesh().positions[3 * size_t(v)];
     hit = finder.nearest({p[0], p[1], p[2]}, hit.face);
-    near.push_back(hit.face);
+    close.push_back(hit.face);
     wanted.taken[nearest_of_substitute({p[0], p[1], p[2]})] = true;
   }
-  for (const uint32_t f : near)
+  for (const uint32_t f : close)
     for (const uint32_t v : body.faces[f]) touched[v] = true;
   wanted.absent = patch.absent;
   add_faces_of(touched, wanted.absent);
@@ -292,7 +292,7 @@ void Patcher::widen(const Patch &patch, const decimate::Outliers &beyond, Wanted
   // The patch itself is beyond the budget there.
   const std::vector<uint32_t> part = edges.parts(patch.absent);
   std::vector<bool> grows(part.size());
-  for (const uint32_t f : near) grows[part[f]] = patch.absent[f];
+  for (const uint32_t f : close) grows[part[f]] = patch.absent[f];
   for (size_t f = 0; f < part.size(); f++)
     for (size_t k = 0; k < 3 && grows[part[f]]; k++) touched[body.faces[f][k]] = true;
   add_faces_of(touched, wanted.absent);

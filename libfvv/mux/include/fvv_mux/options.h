@@ -78,6 +78,10 @@ struct Observer {
   }
 };
 
+// How long encoding may take, for fewer bytes and what is checked; sets what options leave open. medium is
+// for every day, slow for archives. docs/encoding/presets.md
+enum class Preset { live, fast, medium, slow };
+
 // automatic: where the source's differ from computed ones.
 enum class Normals { automatic, always, never };
 
@@ -111,6 +115,7 @@ enum class Track { automatic, never, always };
 struct Options {
   std::string capture;  // capture.json or its folder, or, with inputs, as scene::load_capture has it
   scene::Inputs inputs; // in place of a capture.json
+  Preset preset = Preset::medium;
   uint32_t codec = FVV_CODEC_AVC1;
   int bit_depth = 0; // 8, 10 or, of OpenEXR, 16; 0: the least that the codec has
   Quality quality = {true, 42, true};
@@ -130,10 +135,10 @@ struct Options {
   uint32_t triangles = 0;            // of a frame, whatever that costs; 0: max_error decides
   bool keep_geometry = false;        // no decimation
   uint32_t group = 0;                // frames; 0: one second
-  int mesh_level = 9;                // of Draco: a twentieth smaller than 7 and a third slower to decode
+  std::optional<int> mesh_level;     // of Draco, 0 to 10; else the preset's
   uint8_t mesh_profile = FVV_MESH_DRACO;
   bool delta = true;          // frames that share their faces with the one before as motion
-  Track track = Track::never; // docs/encoding/tracking.md
+  std::optional<Track> track; // docs/encoding/tracking.md; else the preset's, which is never or automatic
   Normals normals = Normals::automatic;
   std::optional<Winding> winding; // else keep, with a warning where it is wrong
   uint32_t min_component = 0;

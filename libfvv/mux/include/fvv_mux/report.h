@@ -73,12 +73,13 @@ struct GroupTriangles {
 
 struct DecimationSums {
   uint64_t frames = 0, kept = 0;              // that were to be decimated; of these, unchanged
+  uint64_t measured = 0;                      // of frames that are not kept: whose error is known
   uint64_t faces_before = 0, faces_after = 0; // of all frames
   uint64_t locked_faces = 0;                  // of all frames
-  double squares = 0;                         // of the frames' rms, metres
+  double squares = 0;                         // of their rms, metres
   double max = 0, max_pixels = 0;             // of the worst frame
   double rms_pixels = 0;                      // likewise
-  double volume_before = 0, volume_after = 0; // of all frames
+  double volume_before = 0, volume_after = 0; // of frames that were measured
   size_t vanished_pieces = 0;                 // of all frames
   double vanished_area = 0;                   // likewise
   double thin_area = 0;                       // likewise
@@ -153,7 +154,8 @@ struct LatticeReport {
 
 // How far decoded geometry may be from its source.
 struct BudgetReport {
-  double max_error = 0; // pixels, or a length
+  double max_error = 0; // rms, in pixels, or a length
+  double most = 0;      // likewise, what any place may be off
   bool is_length = false;
   double pixel = INFINITY; // metres that the sharpest pixel covers; infinite: no camera sees the meshes
   bool decimates = false;
@@ -337,6 +339,7 @@ struct Report : MeshSums {
   fvv_rational frame_duration = {1, 25};
   int64_t ticks = 0; // that the stream lasts
   bool scale_unknown = false, live = false;
+  std::string preset; // its name
   bool skips_bad_frames = false;
   std::vector<LeftOutFrame> left_out;
 

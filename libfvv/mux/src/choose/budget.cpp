@@ -3,6 +3,7 @@
 #include "fvv_geometry/pieces.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/meshes.h"
+#include "mux/src/options/presets.h"
 #include "mux/src/terms.h"
 
 #include <algorithm>
@@ -185,6 +186,7 @@ DecimationChoice choose_decimation(const Options &options, const SampledScene &s
   choice.is_length = error.is_length;
   choice.budget.triangles = options.triangles;
   choice.budget.min_piece = options.min_component;
+  choice.budget.checks = row_of(options.preset).checks;
   // Delta frames leave errors like those of a coarser lattice.
   choice.budget.lattice = lattice.lattice;
   choice.budget.lattice.step = 2 * lattice.error();

@@ -12,6 +12,7 @@
 #include "fvv_render/vector.h"
 #include "mux/src/crop.h"
 #include "mux/src/meshes.h"
+#include "mux/src/options/presets.h"
 #include "mux/src/pictures.h"
 #include "mux/src/plan.h"
 #include "mux/src/terms.h"
@@ -289,6 +290,8 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
     choice.reason = missing;
   else if (automatic && !given && choice.cameras.size() == 1)
     choice.reason = "one camera alone costs a player one depth map";
+  else if (automatic && !given && !row_of(options.preset).visibility)
+    choice.reason = preset_reason(options.preset);
   else {
     choice.on = choice.known = true;
     choice.open = automatic && !given;
@@ -384,6 +387,8 @@ ColourChoice choose_colours(const Plan &plan, const SampledScene &scene) {
     choice.reason = option_name("texture-unseen") + " is shown where no camera sees the surface";
   else if (automatic && capture.atlas)
     choice.reason = "the atlas has the colours of the whole surface";
+  else if (automatic && !row_of(options.preset).colours)
+    choice.reason = preset_reason(options.preset);
   else {
     choice.on = true;
     const double usual = plan.has_constant_topology ? cells_of_runs : cells_of_each,
@@ -442,6 +447,8 @@ MatchChoice choose_match(const Plan &plan, const SampledScene &scene, bool encod
                                                           : nullptr;
   if (options.match_colours == MatchColours::off)
     choice.reason = option_name("match-colours", "off");
+  else if (automatic && !row_of(options.preset).match_colours)
+    choice.reason = preset_reason(options.preset);
   else if (missing && !automatic)
     refuse_option("match-colours", missing);
   else if (missing)

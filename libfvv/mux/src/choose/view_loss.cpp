@@ -8,6 +8,7 @@
 #include "mux/src/choose/choices.h"
 #include "mux/src/decoded_meshes.h"
 #include "mux/src/meshes.h"
+#include "mux/src/options/presets.h"
 #include "mux/src/pictures.h"
 
 #include <algorithm>
@@ -201,6 +202,7 @@ template <class Sample> Pictures Trial::encode(const VideoTrack &track, std::opt
                                    track.tiling.height,         int(plan.options.quality.value),
                                    plan.capture.frame_duration, plan.options.bit_depth};
   if (!plan.options.quality.is_psnr) settings.parts = plan.options.quality.value - settings.quality;
+  settings.effort = row_of(plan.options.preset).pictures;
   std::vector<media::BasicImage<Sample>> loaded;
   std::vector<media::Image> foreground;
   bool masked = false;

@@ -30,7 +30,8 @@ bool warn_of_losses(const Plan &plan, const std::string &name, double times, con
                        area_text(plan, vanished.area) + " together vanish in decimation");
   if (thin_area > 0)
     plan.observer.warn(name + ": " + area_text(plan, thin_area) + " of the surface are further off than " +
-                       budget_text(plan, decimate::max_over_rms * times) + " after decimation");
+                       budget_text(plan, plan.meshes[0].decimation.budget.most_over_rms() * times) +
+                       " after decimation");
   return vanished.pieces || thin_area > 0;
 }
 

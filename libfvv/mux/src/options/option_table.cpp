@@ -325,7 +325,8 @@ std::vector<Option> mesh_options() {
           .words<&Options::winding, Winding>(
               {{"keep", Winding::keep}, {"flip", Winding::flip}, {"auto", Winding::automatic}})
           .brief(meshes, "keep, flip or auto: for meshes that are inside out"),
-      Row("mesh-level", "N", "Draco: 0 is fastest, 10 is smallest").number<&Options::mesh_level>(0, 10),
+      Row("mesh-level", "N", "Draco: 0 is fastest, 10 is smallest. Default: the preset's, 9 of medium")
+          .number<&Options::mesh_level>(0, 10),
       Row("normals", "WHEN",
           "send the source's: auto (where more than 1 % of the first mesh's vertices lie on hard edges: "
           "computed from all faces around, their normals are off by more than 20 degrees), always or never")
@@ -339,8 +340,8 @@ std::vector<Option> mesh_options() {
           "follow surfaces whose faces change in every frame, and send runs of frames as motion, with a "
           "patch "
           "where that fails: auto (where it takes fewer bytes), always (on a finer lattice, for long runs) "
-          "or "
-          "never, the default: it takes one to two seconds a frame (docs/encoding/tracking.md)")
+          "or never: it takes one to two seconds a frame (docs/encoding/tracking.md). Default: auto with the "
+          "preset slow, else never")
           .words<&Options::track, Track>(
               {{"auto", Track::automatic}, {"never", Track::never}, {"always", Track::always}})
           .excludes("keep-geometry")
@@ -564,6 +565,17 @@ std::vector<Option> other_options() {
           "K, M or G (512M). A file that needs more is refused (docs/encoding/memory.md)")
           .text<&Options::max_memory>(amount, "512M", parse_bytes, media::memory_text)
           .of_capture(),
+      Row("preset", "NAME",
+          "how long encoding may take: live, fast, medium or slow. slow also follows surfaces (`track`); "
+          "fast and "
+          "live send no visibility and no colours of the pictures for vertices, and measure some or none of "
+          "the "
+          "decimated meshes. Options that are given hold (docs/encoding/presets.md). Default: medium")
+          .words<&Options::preset, Preset>({{"live", Preset::live},
+                                            {"fast", Preset::fast},
+                                            {"medium", Preset::medium},
+                                            {"slow", Preset::slow}})
+          .brief(running, "live, fast, medium (default) or slow: time against bytes"),
       Row("live", "", "no index and no footer")
           .flag<&Options::live>()
           .brief(running, "no index and no footer"),

@@ -1,4 +1,5 @@
 #include "mux/src/options/option_values.h"
+#include "mux/src/options/presets.h"
 
 #include "fvv/colours.h"
 #include "fvv_cxx/format.h"
@@ -273,6 +274,7 @@ void check_quality(const Quality &quality, const media::VideoCodec &codec) {
 } // namespace
 
 void fill_in(Options &options) {
+  fill_in_preset(options);
   const media::VideoCodec *const codec = media::find_video_codec(options.codec);
   if (!codec)
     refuse_option("codec", "expected one of this library, found number " + std::to_string(options.codec));

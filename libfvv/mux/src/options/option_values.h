@@ -50,7 +50,8 @@ std::string video_tracks_text(uint32_t count);
 std::vector<Rung> parse_ladder(const std::string &option, const std::string &text); // "1,0.5", "8M,2M,500k"
 std::string ladder_text(const std::vector<Rung> &ladder);
 
-// Quality and bit depth as the codec has them. Throws Error (usage) for what it does not have.
+// What the preset has, and quality and bit depth as the codec has them. Throws Error (usage) for what it does
+// not have.
 void fill_in(Options &options);
 
 // "auto", "on", "off", or a number of cells.

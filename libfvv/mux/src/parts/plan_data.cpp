@@ -53,8 +53,8 @@ struct Fields {
     a(metres_per_pixel, distance, camera);
   }
   template <class A> static void of(A &a, decimate::Budget &v) {
-    auto &[pixels, triangles, min_piece, lattice] = v;
-    a(pixels, triangles, min_piece, lattice);
+    auto &[pixels, triangles, min_piece, lattice, checks] = v;
+    a(pixels, triangles, min_piece, lattice, checks);
   }
   template <class A> static void of(A &a, ErrorBudget &v) {
     auto &[value, is_length, reason, nearest] = v;
@@ -125,8 +125,8 @@ struct Fields {
     a(cameras, tiles, width, height);
   }
   template <class A> static void of(A &a, media::VideoSettings &v) {
-    auto &[codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft, parts] = v;
-    a(codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft, parts);
+    auto &[codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft, parts, effort] = v;
+    a(codec, width, height, quality, frame_rate, bit_depth, bit_rate, draft, parts, effort);
   }
   template <class A> static void of(A &a, VideoDecision &v) {
     auto &[settings, masks, sample_frames, target_psnr, sample_psnr, sample_rate, record, codec_string] = v;
@@ -355,7 +355,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 6;
+constexpr int plan_version = 7;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);

@@ -5,6 +5,7 @@
 #include "mux/src/choose/choices.h"
 #include "mux/src/environment.h"
 #include "mux/src/layout.h"
+#include "mux/src/options/presets.h"
 #include "mux/src/pictures.h"
 #include "mux/src/sound/sound.h"
 #include "mux/src/stream_writer.h"
@@ -28,7 +29,7 @@ double ColourSums::psnr() const {
 }
 
 double DecimationSums::rms() const {
-  return frames > kept ? std::sqrt(squares / double(frames - kept)) : 0;
+  return measured ? std::sqrt(squares / double(measured)) : 0;
 }
 
 double DecimationSums::volume_change() const {
@@ -93,6 +94,7 @@ void add(ColourSums &sums, const ColourFrame &frame) {
 void add(DecimationSums &sums, const decimate::Report &report, size_t group) {
   sums.frames++;
   sums.kept += report.kept;
+  sums.measured += report.measured && !report.kept;
   sums.faces_before += report.faces_before;
   sums.faces_after += report.faces_after;
   sums.locked_faces += report.locked_faces;
@@ -189,13 +191,15 @@ void report_meshes(Report &out, const Plan &plan, const Decisions &decisions, co
   out.has_constant_topology = plan.has_constant_topology;
   out.shares_meshes = plan.shares_meshes;
   out.mesh_profile = plan.options.mesh_profile;
-  out.mesh_level = plan.options.mesh_level;
+  out.mesh_level = *plan.options.mesh_level;
   if (!plan.has_meshes()) return;
   out.has_meshes = true;
   out.empty_frames = empty_frames(plan.capture);
   out.winding = {plan.winding.flip, plan.winding.by_cameras, plan.winding.in_stream()};
   const DecimationChoice &choice = plan.meshes[0].decimation;
-  out.budget = {plan.error.value, choice.is_length, choice.pixel, choice.on, choice.reason};
+  out.budget = {plan.error.value, choice.budget.most_over_rms() * plan.error.value,
+                choice.is_length, choice.pixel,
+                choice.on,        choice.reason};
   out.mesh_track = plan.meshes[0].id;
   static_cast<MeshSums &>(out) = sums.meshes[0];
   for (size_t k = 1; k < plan.meshes.size(); k++) {
@@ -357,6 +361,7 @@ Report make_report(const Plan &plan, const Decisions &decisions, const StreamSum
   out.scale_unknown = plan.capture.scale_unknown;
   out.live = options.live;
   out.skips_bad_frames = options.skip_bad_frames;
+  out.preset = row_of(options.preset).name;
   for (const BadFrame &frame : plan.bad) out.left_out.push_back({frame.number, frame.reason});
   report_meshes(out, plan, decisions, sums);
   out.calibration = sums.calibration;

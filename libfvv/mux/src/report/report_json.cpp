@@ -40,17 +40,21 @@ Json budget_json(const Report &r) {
               {"pixel", nullptr},
               {"reason", budget.reason},
               {"decimated_frames", sums.frames - sums.kept},
-              {"kept_frames", sums.kept}};
+              {"kept_frames", sums.kept},
+              {"measured_frames", sums.measured}};
   if (seen) out["pixel"] = budget.pixel;
   if (sums.frames == sums.kept) return out;
   const double frames = double(sums.frames);
   out["triangles_before"] = double(sums.faces_before) / frames;
   out["triangles"] = double(sums.faces_after) / frames;
-  out["rms"] = sums.rms();
-  out["max"] = sums.max;
-  out["rms_pixels"] = seen ? Json(sums.rms_pixels) : Json(nullptr);
-  out["max_pixels"] = seen ? Json(sums.max_pixels) : Json(nullptr);
-  out["volume_change"] = sums.volume_change();
+  const auto measured = [&](double value, bool known = true) {
+    return sums.measured && known ? Json(value) : Json(nullptr);
+  };
+  out["rms"] = measured(sums.rms());
+  out["max"] = measured(sums.max);
+  out["rms_pixels"] = measured(sums.rms_pixels, seen);
+  out["max_pixels"] = measured(sums.max_pixels, seen);
+  out["volume_change"] = measured(sums.volume_change());
   out["triangles_max_over_median"] = sums.max_over_median();
   out["locked_triangles"] = double(sums.locked_faces) / frames;
   out["vanished_pieces"] = sums.vanished_pieces;
@@ -315,7 +319,7 @@ Json rung_meshes_json(const Report &r, size_t rung) {
               {"colours_bytes", sums.colours.track.payload},
               {"max_error", lower ? lower->max_error : r.budget.max_error},
               {"triangles", triangles_of(sums)}};
-  if ((lower ? lower->in_pixels : r.budget.in_pixels()) && sums.decimation.frames > sums.decimation.kept) {
+  if ((lower ? lower->in_pixels : r.budget.in_pixels()) && sums.decimation.measured) {
     const double scale = r.rung_scale(rung);
     out["rms_pixels"] = sums.decimation.rms_pixels * scale;
     out["max_pixels"] = sums.decimation.max_pixels * scale;
@@ -390,6 +394,7 @@ std::string report_json(const Report &r, const std::string &output, Spelling spe
               {"bytes", r.bytes},
               {"container_bytes", overhead(r)},
               {"frames", r.frames},
+              {"preset", r.preset},
               {"frame_duration", {r.frame_duration.numerator, r.frame_duration.denominator}},
               {"group", r.group_size},
               {"groups", r.groups},

@@ -38,7 +38,7 @@ std::string largest_group_text(const Report &r) {
     return out +
            fvv::format("%.0f stay, or places would be off by more than ",
                        double(largest.locked_faces) / double(largest.frames)) +
-           budget_text(r, decimate::max_over_rms * r.budget.max_error) + "\n";
+           budget_text(r, r.budget.most) + "\n";
   return out + "its shapes, or how they change, need them\n";
 }
 
@@ -55,7 +55,11 @@ std::string decimation_text(const Report &r) {
   out += fvv::format(": %.0f -> %.0f triangles a frame ", double(sums.faces_before) / frames,
                      double(sums.faces_after) / frames) +
          budget.reason + "\n";
-  if (sums.kept < sums.frames) {
+  if (const uint64_t changed = sums.frames - sums.kept; sums.measured < changed)
+    out += fvv::format("            %llu of %llu frames were not measured, ",
+                       (unsigned long long)(changed - sums.measured), (unsigned long long)changed) +
+           "as " + option_name("preset", r.preset) + " has it: their error is not known\n";
+  if (sums.measured) {
     out += "            off by " + length_text(r.scale_unknown, sums.rms()) + " rms, " +
            length_text(r.scale_unknown, sums.max) + " at most, lattice included; the worst frame";
     if (seen) out += fvv::format(" %.3f px rms, %.2f px at most;", sums.rms_pixels, sums.max_pixels);
@@ -64,7 +68,7 @@ std::string decimation_text(const Report &r) {
   if (sums.locked_faces)
     out += fvv::format("            %.0f triangles a frame stay, or places would be off by more than ",
                        double(sums.locked_faces) / frames) +
-           budget_text(r, decimate::max_over_rms * budget.max_error) + "\n";
+           budget_text(r, budget.most) + "\n";
   out += largest_group_text(r);
   if (sums.kept)
     out += fvv::format("            %llu frames are as they were: fewer triangles would break the budget\n",
@@ -376,7 +380,8 @@ std::string report_text(const Report &r, const std::string &output, Spelling spe
        r.inset.length > 0 ? length_text(r.scale_unknown, r.inset.length).c_str() : "none",
        r.inset.reason.c_str());
   if (r.view) view_lines(out, r, *r.view);
-  line(out, "  time      %.2f s, %.1f frames/s", r.seconds, frames_per_second(r));
+  line(out, "  time      %.2f s, %.1f frames/s with the preset %s", r.seconds, frames_per_second(r),
+       r.preset.c_str());
   if (r.verdict) verdict_lines(out, r);
   return spell(out, spelling);
 }

@@ -129,16 +129,16 @@ private:
 
   // camera: to the chunk. World to camera is its inverse after the chunk's transform, whose scale is that of
   // the world's lengths.
-  void set_pose(const std::vector<double> &m, const Similarity &world, fvv_camera &camera) const {
+  void set_pose(const std::vector<double> &m, const Similarity &placed, fvv_camera &camera) const {
     double centre[3];
     for (size_t i = 0; i < 3; i++) {
-      centre[i] = world.translation[i];
-      for (size_t k = 0; k < 3; k++) centre[i] += world.scale * world.rotation[3 * i + k] * m[4 * k + 3];
+      centre[i] = placed.translation[i];
+      for (size_t k = 0; k < 3; k++) centre[i] += placed.scale * placed.rotation[3 * i + k] * m[4 * k + 3];
     }
     for (size_t row = 0; row < 3; row++)
       for (size_t column = 0; column < 3; column++) {
         double r = 0;
-        for (size_t k = 0; k < 3; k++) r += world.rotation[3 * column + k] * m[4 * k + row];
+        for (size_t k = 0; k < 3; k++) r += placed.rotation[3 * column + k] * m[4 * k + row];
         camera.rotation[3 * row + column] = r;
       }
     set_centre(camera, centre);

@@ -11,7 +11,7 @@ import mesh_only
 import numpy as np
 from PIL import Image
 
-from . import degradations, drawing, experiment, views
+from .. import degradations, drawing, experiment, views
 
 LENS_K1 = -0.4
 RADII = (*np.linspace(0.1, 0.95, 10), 0.97, 0.99, 0.997, 1.003, 1.01, 1.05, 1.1, 1.2, 1.4, 1.6)  # of r_max

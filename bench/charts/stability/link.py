@@ -11,7 +11,7 @@ import browser_decoder
 import numpy as np
 import player
 
-from . import degradations, drawing, experiment, growth
+from .. import degradations, drawing, experiment, growth
 
 LOSSES = 0.1, 0.3, 1, 3, 10  # percent of chunks
 GROUPS = 1, 5, 25, 150  # frames

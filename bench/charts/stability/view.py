@@ -7,7 +7,8 @@ import view_quality
 from PIL import Image
 from real_capture import luma
 
-from . import degradations, drawing, experiment, stability_camera, views
+from .. import degradations, drawing, experiment, views
+from . import camera as filmed
 
 DEGREES = range(0, 31, 3)
 WALK = range(0, 13)
@@ -19,17 +20,17 @@ MIDDLE = 0, 1, 0  # of the scene
 
 
 def stream_of(meshes):
-    source = stability_camera.clip() if meshes == "tracked" else experiment.capture(
+    source = filmed.clip() if meshes == "tracked" else experiment.capture(
         "small-hull", "--rig", "small", "--meshes", "hull", "--frames", 12)  # fmt: skip
     return experiment.packed(source, "--quality", "42dB").path
 
 
 def angles():
     """PSNR of each view of the arc, over the angle from the nearest camera as the middle of the scene sees both."""
-    cameras = [degradations.centre_of(c) - MIDDLE for c in stability_camera.clip_cameras()]
+    cameras = [degradations.centre_of(c) - MIDDLE for c in filmed.clip_cameras()]
     rows = []
     for view in DEGREES:
-        arc = stability_camera.arc((view,))
+        arc = filmed.arc((view,))
         eye = arc.place(view) - MIDDLE
         row = {"degrees": min(degradations.degrees_between(eye, c) for c in cameras), "view": view}
         for meshes in MESHES:
@@ -84,7 +85,7 @@ def distances():
 
 def walk():
     """How much a drawn picture changes from step to step of a degree, as a ratio to the truth; second differences show jumps."""
-    arc = stability_camera.arc(WALK)
+    arc = filmed.arc(WALK)
     found = [arc.truth(view, FRAME) for view in WALK]
     masks = [mask for _, mask in found]
     truth = view_quality.changes([picture for picture, _ in found], masks)

@@ -8,7 +8,8 @@ import mesh_only
 import numpy as np
 from real_capture import read_ply
 
-from . import degradations, drawing, experiment, growth, stability_camera, views
+from .. import degradations, drawing, experiment, growth, views
+from . import camera as filmed
 
 CHAIN = 1500  # frames in one group
 RUNS = 1, 2, 3, 4, 6, 12, 24, 48  # frames with the same faces
@@ -149,8 +150,8 @@ def specks():
 
 def noise():
     """Vertices off at random, in each frame otherwise, of the generated clip with 7 cameras."""
-    source = stability_camera.clip()
-    arc = stability_camera.arc(NOISE_VIEWS)
+    source = filmed.clip()
+    arc = filmed.arc(NOISE_VIEWS)
     meshes = [read_ply(source / f"meshes/{i:04d}.ply") for i in range(NOISE_FRAMES)]
     rows = []
     for deviation in NOISE_MM:
@@ -164,7 +165,7 @@ def noise():
             description["frames"]["count"] = NOISE_FRAMES
 
         made = experiment.packed(experiment.changed_capture(source, f"noise{deviation:g}", change))
-        view = views.measure(made.path, arc, frames=stability_camera.SHOWN)
+        view = views.measure(made.path, arc, frames=filmed.SHOWN)
         row = {"mm": deviation, "bytes": made.summary["mesh"]["bytes"] / NOISE_FRAMES}
         decimated = made.summary["budget"]["decimated_frames"]
         rows.append(row | {"psnr_db": view["psnr_inside_db"], "decimated_frames": decimated})
