@@ -41,7 +41,7 @@ class Muxing:
 
     def with_videos(self, source):
         """The same capture with an H.264 file of good quality for each camera's pictures, and the masks as they are."""
-        folder = self.work / "synth_videos"
+        folder = self.work / f"{source.name}_videos"
         if (folder / "capture.json").exists():
             return folder
         shutil.rmtree(folder, ignore_errors=True)
@@ -70,6 +70,11 @@ class Muxing:
         (folder / "capture.json").write_text(json.dumps(description))
         return folder
 
+    def rate(self, source, *options):
+        """Frames a second of the whole run."""
+        summary, seconds, _ = self.packed(source, *options)
+        return summary["frames"] / seconds
+
     def speed(self, seed_shaped):
         """Frames a second of the whole fvvmux, quality search and start included.
 
@@ -84,10 +89,23 @@ class Muxing:
             "mux.mesh_reads_per_frame": reads["meshes"] / summary["frames"],
             "mux.picture_reads_per_frame": (reads["pictures"] + reads["masks"]) / files,
         }
+        films = self.with_videos(seed_shaped.parent)
+        for name, source, preset in (
+            ("live", films, "live"),
+            ("live_png", seed_shaped, "live"),
+            ("fast", films, "fast"),
+            ("medium_video", films, "medium"),
+        ):
+            figures[f"mux.{name}_frames_per_s"] = self.rate(source, "--preset", preset)
         demo = self.generated("synth")
-        for name, source in ("demo_png", demo), ("demo_video", self.with_videos(demo)):
-            summary, seconds, _ = self.packed(source, *DEMO_OPTIONS)
-            figures[f"mux.{name}_frames_per_s"] = summary["frames"] / seconds
+        films = self.with_videos(demo)
+        for name, source, preset in (
+            ("demo_png", demo, "medium"),
+            ("demo_video", films, "medium"),
+            ("demo_live_png", demo, "live"),
+            ("demo_live_video", films, "live"),
+        ):
+            figures[f"mux.{name}_frames_per_s"] = self.rate(source, "--preset", preset, *DEMO_OPTIONS)
         return figures
 
     def memory(self):

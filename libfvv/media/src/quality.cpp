@@ -96,12 +96,12 @@ size_t bytes_of(const MeasuredGroup &measured) {
 }
 
 // Spends what a whole step of the quality leaves above the target. tried: that step; fall: dB a step, about.
-// Two tries find the part, or the one before it.
+// Two tries find the part, or the one before it; less effort has one.
 template <class SampleType>
 void use_parts(VideoSettings tried, const GroupSource<SampleType> &frames, double target_db, double fall,
                MeasuredGroup &chosen) {
   const int parts = parts_of_quality(tried.codec);
-  int left = 2, good = 0, bad = parts;
+  int left = tried.effort == Effort::full ? 2 : 1, good = 0, bad = parts;
   double from = chosen.psnr;
   while (left-- && std::isfinite(from) && bad - good > 1) {
     const int ahead = good + int(std::floor((from - target_db) / fall * parts));

@@ -1,5 +1,6 @@
 #include "mux/src/pictures.h"
 #include "fvv_cxx/error.h"
+#include "fvv_cxx/parallel.h"
 #include "fvv_media/colour.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
@@ -342,7 +343,6 @@ size_t middle_group(const Plan &plan) {
 
 namespace {
 
-constexpr size_t sample_size = 25; // frames
 // The memory limit for the samples of all tracks of the first rung. Further frames are loaded each time they
 // are needed.
 constexpr size_t sample_bytes = size_t(128) << 20;
@@ -362,18 +362,11 @@ public:
     // pictures get better in its course, and by one from the middle, when the action is on.
     const size_t group = plan.options.bit_rate ? 0 : middle_group(plan);
     first = plan.first_of(group);
-    count = plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(group), sample_size);
+    count = plan.options.bit_rate
+                ? plan.frames_of(0)
+                : std::min(plan.frames_of(group), row_of(plan.options.preset).sample_frames);
     whole_group = count == plan.frames_of(group);
-    size_t bytes = 0;
-    for (size_t i = 0; i < count; i++) {
-      const Picture<SampleType> picture = load_picture<SampleType>(plan, track, first + i, true);
-      const std::vector<uint8_t> &mask = picture.mask.pixels;
-      masked = masked || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
-      if (kept.size() < i) continue;
-      Kept frame = {media::PackedImage<SampleType>(picture.image), media::PackedImage<uint8_t>(picture.mask)};
-      bytes += frame.image.bytes() + frame.mask.bytes();
-      if (bytes <= bytes_kept(plan, track)) kept.push_back(std::move(frame));
-    }
+    for (size_t done = 0; done < count;) done += load(done);
   }
 
   // room: borrowed.
@@ -406,9 +399,34 @@ private:
     media::PackedImage<SampleType> image;
     media::PackedImage<uint8_t> mask;
   };
+
+  // Loads some frames at once, as the first video has to wait for them. Returns how many.
+  size_t load(size_t begin) {
+    const unsigned threads = std::max(1u, plan.options.threads);
+    const uint64_t frame_bytes = 4 * sizeof(SampleType) * uint64_t(track.tiling.width) * track.tiling.height,
+                   room = threads * EncoderRoom::ahead_per_thread;
+    const size_t together =
+        size_t(std::clamp<uint64_t>(room / std::max<uint64_t>(frame_bytes, 1), 1, threads));
+    std::vector<Picture<SampleType>> loaded(std::min(together, count - begin));
+    fvv::parallel(unsigned(loaded.size()), loaded.size(), [&](size_t k) {
+      loaded[k] = load_picture<SampleType>(plan, track, first + begin + k, true);
+    });
+    for (size_t k = 0; k < loaded.size(); k++) {
+      const std::vector<uint8_t> &mask = loaded[k].mask.pixels;
+      masked = masked || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
+      if (kept.size() < begin + k) continue;
+      Kept frame = {media::PackedImage<SampleType>(loaded[k].image),
+                    media::PackedImage<uint8_t>(loaded[k].mask)};
+      bytes += frame.image.bytes() + frame.mask.bytes();
+      if (bytes <= bytes_kept(plan, track)) kept.push_back(std::move(frame));
+    }
+    return loaded.size();
+  }
+
   const Plan &plan;
   const VideoTrack &track;
   std::vector<Kept> kept; // the first ones
+  size_t bytes = 0;       // of those
 };
 
 // dB for each halving of the size (docs/encoding/ladder.md): detail that is missing in the pictures of a rung

@@ -6,6 +6,7 @@ import pytest
 from conftest import figures, run
 
 PRESETS = "live", "fast", "medium", "slow"
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,11 @@ using media::Effort;
 
 // In the order of Preset. Each lies on the line of least time for its bytes (docs/encoding/presets.md).
 const PresetRow rows[] = {
-    // name     pictures      checks        level visibility colours match  track
-    {"live", Effort::live, Checks::none, 5, false, false, false, Track::never},
-    {"fast", Effort::fast, Checks::some, 7, false, false, true, Track::never},
-    {"medium", Effort::full, Checks::all, 9, true, true, true, Track::never},
-    {"slow", Effort::full, Checks::all, 10, true, true, true, Track::automatic},
+    // name, pictures, sample, checks, level, visibility, colours, match, track
+    {"live", Effort::live, 8, Checks::none, 5, false, false, false, Track::never},
+    {"fast", Effort::fast, 25, Checks::some, 7, false, false, true, Track::never},
+    {"medium", Effort::full, 25, Checks::all, 9, true, true, true, Track::never},
+    {"slow", Effort::full, 25, Checks::all, 10, true, true, true, Track::automatic},
 };
 
 } // namespace

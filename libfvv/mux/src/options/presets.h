@@ -10,6 +10,7 @@ namespace fvv::mux {
 struct PresetRow {
   const char *name;
   media::Effort pictures;  // of their encoder
+  size_t sample_frames;    // by which their quality is found, at most
   decimate::Checks checks; // of decimated meshes
   int mesh_level;          // of Draco
   bool visibility;         // found by rays, where it pays; without it players make depth maps
