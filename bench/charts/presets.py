@@ -73,9 +73,14 @@ def draw(results, folder):
             drawing.line(axis, 0, seconds, [scale * r[key] for r in rows], None)
             for r, x in zip(rows, seconds):
                 axis.annotate(
-                    r["preset"], (x, scale * r[key]), textcoords="offset points", xytext=(5, 5), fontsize=8
+                    r["preset"],
+                    (x, scale * r[key]),
+                    textcoords="offset points",
+                    xytext=(5, -12 if r["preset"] == "slow" else 5),
+                    fontsize=8,
                 )
             drawing.logarithmic(axis, "x", (0.05, 0.1, 0.2, 0.5, 1, 2))
+            axis.margins(0.15)
             axis.set_ylabel(label)
         column[0].set_title(system.TITLES[meshes])
         column[1].set_xlabel("seconds of processor time a frame")
