@@ -134,7 +134,7 @@ TEST_CASE("an environment comes back from the GLB that is made of it") {
 
 TEST_CASE("coordinates that float32 would move off the lattice are refused") {
   Environment far = parse_environment(stage().glb(), "room.glb");
-  far.parts[0].mesh.positions[3] = 100000.001;
+  far.parts[0].mesh.positions[3] = 100000.001; // and others near the origin
   CHECK_THROWS_WITH(format_environment(far, {{0, 0, 0}, 0.001}, "far.glb"),
                     "far.glb: vertex 1 lies too far out for float32, the numbers of glTF, on a lattice of "
                     "this step: PLY has float64");

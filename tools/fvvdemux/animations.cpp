@@ -39,6 +39,7 @@ public:
     finish();
   }
   uint64_t files() const { return file_count; }
+  bool are_local() const { return any_local; }
   uint64_t shared_pictures() const { return shared; } // frames that have the picture of another
 
 private:
@@ -117,8 +118,10 @@ private:
     }
     const std::string file = "meshes/" + digits(first) + (first == last ? "" : "-" + digits(last)) + ".glb";
     const geometry::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
+    bool is_local = false;
     folder.write(file, format_glb(std::move(run), lattice, scene.up_axis, bytes, options.compression,
-                                  folder.shown(file)));
+                                  folder.shown(file), &is_local));
+    any_local = any_local || is_local;
     run = {};
     file_count++;
   }
@@ -138,6 +141,7 @@ private:
   int64_t first = 0, last = 0; // frames with a mesh
   std::string picture;         // file in the folder, or none
   uint64_t file_count = 0, shared = 0;
+  bool any_local = false;
 };
 
 } // namespace
@@ -151,6 +155,7 @@ uint64_t write_animations(fvv_stream *stream, const Plan &plan, const std::vecto
     result.warnings.push_back(
         "a glTF animation has one picture: " + std::to_string(animations.shared_pictures()) +
         " frames show that of the first frame of their file; atlas/ has their own");
+  result.local_origin = result.local_origin || animations.are_local();
   return animations.files();
 }
 

@@ -389,6 +389,7 @@ public:
     for (size_t i = 0; i < results.size(); i++) {
       if (!results[i].frames.empty()) used.push_back(plan.groups[i].group);
       frames.insert(frames.end(), results[i].frames.begin(), results[i].frames.end());
+      result.local_origin = result.local_origin || results[i].local_origin;
       plan.losses.insert(plan.losses.end(), results[i].losses.begin(), results[i].losses.end());
       for (const auto &[camera, count] : results[i].pictures)
         (camera == no_camera ? result.atlases : result.pictures[camera]) += count;
@@ -524,8 +525,10 @@ private:
     for (const std::string &why : lost)
       result.losses.push_back(file.path() + ": the environment is lost: " + why);
     if (environment.environment.parts.empty()) return {}; // lights alone are not a valid glTF file
-    folder.write("environment.glb",
-                 scene::format_environment(environment.environment, *environment.lattice, "environment.glb"));
+    bool is_local = false;
+    folder.write("environment.glb", scene::format_environment(environment.environment, *environment.lattice,
+                                                              "environment.glb", &is_local));
+    result.local_origin = result.local_origin || is_local;
     result.environment = true;
     return scene::EnvironmentSource{"environment.glb", {}, environment.lattice};
   }
@@ -637,6 +640,10 @@ void demux(const std::string &input, const std::string &folder_name, const Optio
   run.tell();
   run.check_written();
   run.describe(folder);
+  if (result.local_origin)
+    result.warnings.push_back(
+        "positions in glTF files are relative to an origin, in the translation of their node and its extras: "
+        "they are too large for float32, in which most viewers compute; leave the translation out there");
   folder.commit();
 }
 

@@ -43,6 +43,7 @@ struct Result {
   uint64_t atlases = 0;                  // pictures of the atlas
   bool capture = false;                  // capture.json was written
   bool environment = false;              // environment.glb was written
+  bool local_origin = false;             // glTF files have positions relative to an origin of their own
   uint64_t sounds = 0;                   // files of sound
   uint64_t films = 0;                    // files of video tracks
   // "IN: frame 4 is lost: 0x1a2b: MESH: ... [FVV-1103]", in order of frames; not empty: exit code 3.

@@ -84,6 +84,7 @@ public:
   }
 
   const std::map<uint16_t, uint64_t> &pictures() const { return written; }
+  bool are_local() const { return any_local; } // positions of glTF files, as MeshRun has it
 
   // Why the frame is lost, or "". Frames before it that are not wanted need no call.
   std::string unpack(size_t frame, int64_t number, WrittenFrame &out) {
@@ -148,7 +149,7 @@ private:
   }
 
   void write(const fvv_mesh &coded, const std::vector<uint8_t> &colours, int64_t number,
-             const std::vector<std::shared_ptr<const VideoFrame>> &pictures) const {
+             const std::vector<std::shared_ptr<const VideoFrame>> &pictures) {
     const geometry::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
     const std::string file = name("meshes", number, extension_of(options.meshes));
     const auto [track, atlas] = atlas_of(pictures);
@@ -165,8 +166,10 @@ private:
             *pictures[track]);
       scene::MeshRun run;
       append_frame(coded, colours, 0, "", run);
+      bool is_local = false;
       folder.write(file, format_glb(std::move(run), lattice, scene.up_axis, texture, options.compression,
-                                    folder.shown(file)));
+                                    folder.shown(file), &is_local));
+      any_local = any_local || is_local;
       return;
     }
     const geometry::Mesh mesh = in_metres(coded, lattice);
@@ -226,6 +229,7 @@ private:
   std::map<uint16_t, fvv_tile> tiles;   // of cameras in this group
   std::vector<uint16_t> moving;         // cameras
   std::map<uint16_t, uint64_t> written; // pictures, by camera
+  bool any_local = false;
 };
 
 void lose(std::vector<Loss> &losses, int64_t first, int64_t last, const std::string &why) {
@@ -286,6 +290,7 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
       lose(result.losses, number, number, why);
   }
   result.pictures = decoder.pictures();
+  result.local_origin = decoder.are_local();
   for (const auto &range : options.frames.within(plan.number + whole, plan.number + plan.count - 1))
     lose(result.losses, range.first, range.last, behind_whole);
   return result;

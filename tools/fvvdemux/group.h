@@ -31,6 +31,7 @@ struct GroupResult {
   std::vector<WrittenFrame> frames;
   std::vector<Loss> losses;
   std::map<uint16_t, uint64_t> pictures; // written, by camera; those of the atlas as no_camera
+  bool local_origin = false;             // as Result has it
 };
 
 // The name of a frame's file in the output: folder "meshes", frame's number in the stream, extension.

@@ -91,14 +91,15 @@ void append_frame(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, dou
 }
 
 std::string format_glb(scene::MeshRun run, const geometry::Lattice &lattice, uint8_t up,
-                       const std::string &picture, scene::Compression compression, const std::string &name) {
+                       const std::string &picture, scene::Compression compression, const std::string &name,
+                       bool *is_local) {
   geometry::Lattice turned = lattice;
   turn_up(up, turned.origin);
   for (scene::MeshRun::Frame &frame : run.frames) {
     for (size_t i = 0; i < frame.positions.size(); i += 3) turn_up(up, &frame.positions[i]);
     for (size_t i = 0; i < frame.normals.size(); i += 3) turn_up(up, &frame.normals[i]);
   }
-  return scene::format_run(run, turned, picture, compression, name);
+  return scene::format_run(run, turned, picture, compression, name, is_local);
 }
 
 namespace {

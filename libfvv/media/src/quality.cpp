@@ -125,16 +125,27 @@ void use_parts(VideoSettings tried, const GroupSource<SampleType> &frames, doubl
 
 template <class SampleType>
 MeasuredGroup encode_measured(const VideoSettings &settings, const GroupSource<SampleType> &frames) {
-  MeasuredGroup out = {encode_group(settings, frames), 0};
-  Decoder decoder(config_of(settings, out.group));
+  MeasuredGroup out;
   LumaError sum;
-  for (size_t i = 0; i < frames.count; i++) {
-    const std::vector<uint8_t> &bytes = out.group.samples[i].bytes;
-    const GroupFrame<SampleType> frame = frames.load(i);
-    const LumaError one =
-        luma_error(*frame.image, decoder.decode<SampleType>(bytes.data(), bytes.size()), frame.mask.get());
-    sum.squares += one.squares;
-    sum.pixels += one.pixels;
+  size_t first = 0;
+  for (const size_t count : frames.groups.empty() ? std::vector<size_t>{frames.count} : frames.groups) {
+    const GroupSource<SampleType> part(
+        count, [&](size_t i) { return frames.load(first + i); }, frames.reserve);
+    EncodedGroup group = encode_group(settings, part);
+    Decoder decoder(config_of(settings, group));
+    for (size_t i = 0; i < count; i++) {
+      const std::vector<uint8_t> &bytes = group.samples[i].bytes;
+      const GroupFrame<SampleType> frame = part.load(i);
+      const LumaError one =
+          luma_error(*frame.image, decoder.decode<SampleType>(bytes.data(), bytes.size()), frame.mask.get());
+      sum.squares += one.squares;
+      sum.pixels += one.pixels;
+    }
+    if (first)
+      std::move(group.samples.begin(), group.samples.end(), std::back_inserter(out.group.samples));
+    else
+      out.group = std::move(group);
+    first += count;
   }
   out.psnr = sum.psnr();
   return out;

@@ -325,15 +325,26 @@ void EncoderRoom::Group::await(size_t frame) {
   room.changed.notify_all();
 }
 
-size_t middle_group(const Plan &plan) {
-  const size_t middle = plan.group_count() / 2;
+namespace {
+
+// Groups by which others may be judged: not much shorter, and with a mesh.
+std::vector<bool> typical_groups(const Plan &plan) {
   size_t longest = 0;
   for (size_t group = 0; group < plan.group_count(); group++)
     longest = std::max(longest, plan.frames_of(group));
-  const auto shows = [&](size_t group) {
-    return 2 * plan.frames_of(group) >= longest &&
-           (!plan.has_meshes() || plan.has_mesh(plan.first_of(group) + plan.frames_of(group) - 1));
-  };
+  std::vector<bool> out;
+  for (size_t group = 0; group < plan.group_count(); group++)
+    out.push_back(2 * plan.frames_of(group) >= longest &&
+                  (!plan.has_meshes() || plan.has_mesh(plan.first_of(group) + plan.frames_of(group) - 1)));
+  return out;
+}
+
+} // namespace
+
+size_t middle_group(const Plan &plan) {
+  const size_t middle = plan.group_count() / 2;
+  const std::vector<bool> typical = typical_groups(plan);
+  const auto shows = [&](size_t group) { return typical[group]; };
   for (size_t off = 0; off <= middle; off++) {
     if (middle + off < plan.group_count() && shows(middle + off)) return middle + off;
     if (shows(middle - off)) return middle - off;
@@ -346,6 +357,21 @@ namespace {
 // The memory limit for the samples of all tracks of the first rung. Further frames are loaded each time they
 // are needed.
 constexpr size_t sample_bytes = size_t(128) << 20;
+
+// The middle group; where it is short, others over the whole take, too: in two frames there may be less to
+// code than in any others.
+std::vector<size_t> sampled_groups(const Plan &plan, size_t sample_size) {
+  const size_t middle = middle_group(plan), wanted = sample_size / plan.frames_of(middle);
+  const std::vector<bool> typical = typical_groups(plan);
+  std::vector<size_t> candidates;
+  for (size_t group = 0; group < typical.size(); group++)
+    if (typical[group]) candidates.push_back(group);
+  if (wanted < 2 || candidates.size() < 2) return {middle};
+  std::vector<size_t> out;
+  const size_t count = std::min(wanted, candidates.size());
+  for (size_t k = 0; k < count; k++) out.push_back(candidates[(2 * k + 1) * candidates.size() / (2 * count)]);
+  return out;
+}
 
 // The part of a track. Lower rungs share as much again: they are chosen after the first.
 size_t bytes_kept(const Plan &plan, const VideoTrack &track) {
@@ -360,39 +386,46 @@ public:
   Sample(const Plan &from, const VideoTrack &of) : plan(from), track(of) {
     // A bit rate applies to all frames of a group. A quality is judged by a whole group, too, because
     // pictures get better in its course, and by one from the middle, when the action is on.
-    const size_t group = plan.options.bit_rate ? 0 : middle_group(plan);
-    first = plan.first_of(group);
-    count = plan.options.bit_rate
-                ? plan.frames_of(0)
-                : std::min(plan.frames_of(group), row_of(plan.options.preset).sample_frames);
-    whole_group = count == plan.frames_of(group);
-    for (size_t done = 0; done < count;) done += load(done);
+    const size_t most = row_of(plan.options.preset).sample_frames;
+    const std::vector<size_t> sampled =
+        plan.options.bit_rate ? std::vector<size_t>{0} : sampled_groups(plan, most);
+    for (const size_t group : sampled) {
+      const size_t in_group =
+          plan.options.bit_rate ? plan.frames_of(group) : std::min(plan.frames_of(group), most);
+      for (size_t i = 0; i < in_group; i++) frames.push_back(plan.first_of(group) + i);
+      groups.push_back(in_group);
+    }
+    whole_group = sampled.size() == 1 && frames.size() == plan.frames_of(sampled[0]);
+    for (size_t done = 0; done < frames.size();) done += load(done);
   }
 
   // room: borrowed.
   media::GroupSource<SampleType> source(EncoderRoom &room) const {
-    return {count,
-            [this](size_t i) {
-              Picture<SampleType> picture =
-                  i < kept.size() ? Picture<SampleType>{kept[i].image.image(),
-                                                        masked ? kept[i].mask.image() : media::Image()}
-                                  : load_picture<SampleType>(plan, track, first + i, masked);
-              media::GroupFrame<SampleType> frame;
-              frame.image = std::make_shared<media::BasicImage<SampleType>>(std::move(picture.image));
-              // The masks are empty: the whole picture is judged.
-              if (masked) frame.mask = std::make_shared<media::Image>(std::move(picture.mask));
-              return frame;
-            },
-            [&room](uint64_t bytes) { return room.reserve(bytes); }};
+    media::GroupSource<SampleType> out(
+        frames.size(),
+        [this](size_t i) {
+          Picture<SampleType> picture =
+              i < kept.size()
+                  ? Picture<SampleType>{kept[i].image.image(), masked ? kept[i].mask.image() : media::Image()}
+                  : load_picture<SampleType>(plan, track, frames[i], masked);
+          media::GroupFrame<SampleType> frame;
+          frame.image = std::make_shared<media::BasicImage<SampleType>>(std::move(picture.image));
+          // The masks are empty: the whole picture is judged.
+          if (masked) frame.mask = std::make_shared<media::Image>(std::move(picture.mask));
+          return frame;
+        },
+        [&room](uint64_t bytes) { return room.reserve(bytes); });
+    out.groups = groups;
+    return out;
   }
 
-  void keep_images(SampleFrames &frames) const {
-    for (size_t i = 0; i < kept.size(); i++) frames.keep(first + i, kept[i].image);
+  void keep_images(SampleFrames &to) const {
+    for (size_t i = 0; i < kept.size(); i++) to.keep(frames[i], kept[i].image);
   }
 
-  size_t first, count;
-  bool whole_group;    // of the stream
-  bool masked = false; // only pixels in masks count
+  std::vector<size_t> frames; // of the plan
+  bool whole_group;           // they are one of the stream
+  bool masked = false;        // only pixels in masks count
 
 private:
   struct Kept {
@@ -407,9 +440,9 @@ private:
                    room = threads * EncoderRoom::ahead_per_thread;
     const size_t together =
         size_t(std::clamp<uint64_t>(room / std::max<uint64_t>(frame_bytes, 1), 1, threads));
-    std::vector<Picture<SampleType>> loaded(std::min(together, count - begin));
+    std::vector<Picture<SampleType>> loaded(std::min(together, frames.size() - begin));
     fvv::parallel(unsigned(loaded.size()), loaded.size(), [&](size_t k) {
-      loaded[k] = load_picture<SampleType>(plan, track, first + begin + k, true);
+      loaded[k] = load_picture<SampleType>(plan, track, frames[begin + k], true);
     });
     for (size_t k = 0; k < loaded.size(); k++) {
       const std::vector<uint8_t> &mask = loaded[k].mask.pixels;
@@ -425,8 +458,9 @@ private:
 
   const Plan &plan;
   const VideoTrack &track;
-  std::vector<Kept> kept; // the first ones
-  size_t bytes = 0;       // of those
+  std::vector<size_t> groups; // frames of each
+  std::vector<Kept> kept;     // the first ones
+  size_t bytes = 0;           // of those
 };
 
 // dB for each halving of the size (docs/encoding/ladder.md): detail that is missing in the pictures of a rung
@@ -474,7 +508,7 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
   choice.settings.effort = row_of(options.preset).pictures;
   const Sample<SampleType> sample(plan, track);
   choice.masks = sample.masked;
-  choice.sample_frames = uint32_t(sample.count);
+  choice.sample_frames = uint32_t(sample.frames.size());
   media::EncodedGroup encoded;
   try {
     if (options.bit_rate) {
@@ -505,17 +539,18 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
     uint64_t bytes = 0;
     for (const media::Sample &one : measured.group.samples) bytes += one.bytes.size();
     const fvv_rational &duration = plan.capture.frame_duration;
-    choice.sample_rate = 8 * double(bytes) / double(sample.count) * duration.denominator / duration.numerator;
+    choice.sample_rate =
+        8 * double(bytes) / double(sample.frames.size()) * duration.denominator / duration.numerator;
     encoded = std::move(measured.group);
   } catch (const Error &error) {
     throw Error(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
-                std::to_string(sample.count) + " frames: " + error.line());
+                std::to_string(sample.frames.size()) + " frames: " + error.line());
   }
   auto frames = std::make_shared<SampleFrames>();
   // A rate is searched again from the quality found here, with perhaps another result; stills are encoded one
   // by one.
   if (!options.bit_rate && !media::find_video_codec(options.codec)->is_stills() && sample.whole_group)
-    frames->keep_encoded(sample.first, std::move(encoded));
+    frames->keep_encoded(sample.frames[0], std::move(encoded));
   else
     sample.keep_images(*frames);
   return {std::move(choice), std::move(frames)};

@@ -34,7 +34,8 @@ void append_frame(const fvv_mesh &mesh, const std::vector<uint8_t> &colours, dou
 // format_run() of frames on a lattice, turned so that +y is up, as glTF has it; up: FVV_UP_...,
 // FVV_UP_UNKNOWN turns nothing.
 std::string format_glb(scene::MeshRun run, const geometry::Lattice &lattice, uint8_t up,
-                       const std::string &picture, scene::Compression compression, const std::string &name);
+                       const std::string &picture, scene::Compression compression, const std::string &name,
+                       bool *is_local = nullptr);
 
 struct UnpackedEnvironment {
   scene::Environment environment;

@@ -86,7 +86,7 @@ template <class SampleType> struct GroupFrame {
 // Lives as long as whatever borrows it.
 inline const std::vector<Image> no_masks;
 
-// The frames of a group, each loaded when it is needed. load is called on the calling thread.
+// The frames of a group, or of several, each loaded when it is needed. load is called on the calling thread.
 template <class SampleType> class GroupSource {
 public:
   GroupSource(size_t frames, std::function<GroupFrame<SampleType>(size_t frame)> loader,
@@ -98,6 +98,7 @@ public:
 
   size_t count;
   std::function<GroupFrame<SampleType>(size_t frame)> load;
+  std::vector<size_t> groups = {}; // frames of each, for encode_measured; none: all are of one
   // Called before each encoder opens, with the bytes of memory that it takes, about; may wait until there is
   // room. What it returns lives as long as the encoder. None: there is room.
   std::function<std::shared_ptr<void>(uint64_t bytes)> reserve;
@@ -170,7 +171,8 @@ struct MeasuredGroup {
   double psnr = 0; // dB of luma, squared errors pooled over all frames
 };
 
-// The frames encoded as one group, decoded and compared. Loads every frame twice. All have masks or none.
+// The frames encoded as their groups, decoded and compared. Loads every frame twice. All have masks or none.
+// The result has the samples of all groups.
 template <class SampleType>
 MeasuredGroup encode_measured(const VideoSettings &settings, const GroupSource<SampleType> &frames);
 

@@ -40,9 +40,10 @@ Environment parse_environment(std::string_view bytes, const std::string &name,
                               const fvv_limits *limits = nullptr);
 
 // A GLB, the same bytes for the same environment everywhere, that parse_environment reads back. Positions are
-// float32: every coordinate is verified to lie on the same point of the part's lattice, else of this one,
-// again; the first that does not is an error.
+// float32, relative to an origin where they are too large for it, as those of format_run (mesh_run.h): every
+// coordinate is verified to lie on the same point of the part's lattice, else of this one, again; the first
+// that does not is an error.
 std::string format_environment(const Environment &environment, const Lattice &lattice,
-                               const std::string &name);
+                               const std::string &name, bool *is_local = nullptr);
 
 } // namespace fvv::scene

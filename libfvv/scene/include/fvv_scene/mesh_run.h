@@ -41,9 +41,11 @@ enum class Compression { none, draco, meshopt };
 // of one frame has no animation. picture: a file of PNG or JPEG for texture coordinates, shown without
 // lighting; empty: none, and the mesh has its colours (not with Draco), else it is grey. Compressed, vertices
 // have another order and those of no face are left out; with Draco, which takes a run of one frame only,
-// faces have another order too, and with meshopt some begin with another of their corners. Error for a
-// coordinate that a float32 would take to another point of the lattice.
+// faces have another order too, and with meshopt some begin with another of their corners. Positions that
+// float32 does not hold, as in map coordinates, are relative to an origin, which is in the translation of the
+// node and in "extras": {"origin": [x, y, z]}; *is_local: whether they are. Error for a coordinate that a
+// float32 would take to another point of the lattice all the same.
 std::string format_run(const MeshRun &run, const Lattice &lattice, const std::string &picture,
-                       Compression compression, const std::string &name);
+                       Compression compression, const std::string &name, bool *is_local = nullptr);
 
 } // namespace fvv::scene

@@ -227,7 +227,16 @@ using Json = gltf::Writer::Json;
 class EnvironmentWriter {
 public:
   EnvironmentWriter(const Environment &source, const Lattice &grid, const std::string &file)
-      : environment(source), lattice(grid), name(file), out(file) {}
+      : environment(source), lattice(grid), name(file), out(file) {
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (const EnvironmentPart &part : environment.parts)
+      for (size_t i = 0; i < part.mesh.positions.size(); i++) {
+        low[i % 3] = std::min(low[i % 3], part.mesh.positions[i]);
+        high[i % 3] = std::max(high[i % 3], part.mesh.positions[i]);
+      }
+    origin = gltf::local_origin(lattice, low, high);
+  }
+  bool is_local() const { return origin.has_value(); }
 
   std::string write() {
     for (const std::string &picture : environment.pictures) out.image(picture);
@@ -243,15 +252,18 @@ private:
     const std::vector<double> &positions = part.mesh.positions;
     for (size_t i = 0; i < positions.size(); i++) {
       const double index = std::nearbyint((positions[i] - grid.origin[i % 3]) / grid.step);
-      gltf::check_on_lattice(double(float(positions[i])), grid.origin[i % 3] + index * grid.step, i / 3,
-                             grid.step, name);
+      const double from = origin ? (*origin)[i % 3] : 0;
+      gltf::check_on_lattice(double(float(positions[i] - from)) + from,
+                             grid.origin[i % 3] + index * grid.step, i / 3, grid.step, name);
     }
   }
 
   void add(const EnvironmentPart &part) {
     geometry::check(part.mesh, name);
     check_positions(part);
-    Json attributes = {{"POSITION", out.floats(part.mesh.positions, 3, true)}};
+    std::vector<double> positions = part.mesh.positions;
+    for (size_t i = 0; origin && i < positions.size(); i++) positions[i] -= (*origin)[i % 3];
+    Json attributes = {{"POSITION", out.floats(positions, 3, true)}};
     if (!part.mesh.normals.empty()) attributes["NORMAL"] = out.floats(part.mesh.normals, 3, false);
     if (!part.mesh.texture.empty()) attributes["TEXCOORD_0"] = out.floats(part.mesh.texture, 2, false);
     const gltf::Surface surface = {{part.colour[0], part.colour[1], part.colour[2]},
@@ -264,7 +276,9 @@ private:
                                    {{{"attributes", attributes},
                                      {"indices", out.corners(part.mesh.faces)},
                                      {"material", material}}}}});
-    out.list("nodes").push_back({{"mesh", out.list("meshes").size() - 1}});
+    Json node = {{"mesh", out.list("meshes").size() - 1}};
+    if (origin) gltf::Writer::place(*origin, node);
+    out.list("nodes").push_back(node);
   }
 
   // The rotation that turns -z into a direction, the shortest way.
@@ -300,6 +314,7 @@ private:
 
   const Environment &environment;
   const Lattice &lattice;
+  std::optional<std::array<double, 3>> origin; // of all positions; none: they are those of the world
   const std::string &name;
   gltf::Writer out;
 };
@@ -307,8 +322,10 @@ private:
 } // namespace
 
 std::string format_environment(const Environment &environment, const Lattice &lattice,
-                               const std::string &name) {
-  return EnvironmentWriter(environment, lattice, name).write();
+                               const std::string &name, bool *is_local) {
+  EnvironmentWriter writer(environment, lattice, name);
+  if (is_local) *is_local = writer.is_local();
+  return writer.write();
 }
 
 } // namespace fvv::scene

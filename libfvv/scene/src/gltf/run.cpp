@@ -6,9 +6,11 @@
 #include "scene/src/gltf/writer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <meshoptimizer.h>
+#include <optional>
 
 namespace fvv::scene {
 
@@ -57,7 +59,17 @@ MeshRun in_order_of_use(const MeshRun &run) {
 class RunWriter {
 public:
   RunWriter(const MeshRun &frames, const Lattice &grid, Compression how, const std::string &file)
-      : run(frames), lattice(grid), compression(how), name(file), out(file, how == Compression::meshopt) {}
+      : run(frames), lattice(grid), compression(how), name(file), out(file, how == Compression::meshopt) {
+    Bounds<double> bounds;
+    for (const MeshRun::Frame &frame : run.frames)
+      for (size_t i = 0; i < frame.positions.size(); i++)
+        bounds.add(i % 3, metres(i % 3, frame.positions[i]));
+    if (bounds.low.empty()) return;
+    origin = gltf::local_origin(lattice, {bounds.low[0], bounds.low[1], bounds.low[2]},
+                                {bounds.high[0], bounds.high[1], bounds.high[2]});
+    for (size_t k = 0; origin && k < 3; k++) lattice.origin[k] -= (*origin)[k];
+  }
+  bool is_local() const { return origin.has_value(); }
 
   std::string write(const std::string &picture) {
     if (compression == Compression::draco && run.frames.size() > 1)
@@ -87,6 +99,7 @@ public:
       node["translation"] = {metres(0, least[0]), metres(1, least[1]), metres(2, least[2])};
       node["scale"] = {lattice.step, lattice.step, lattice.step};
     }
+    if (origin) gltf::Writer::place(*origin, node);
     out.list("nodes").push_back(node);
     if (run.frames.size() > 1) animate();
     return out.glb();
@@ -289,7 +302,8 @@ private:
   }
 
   const MeshRun &run;
-  const Lattice &lattice;
+  Lattice lattice;                             // with its origin relative to the local one
+  std::optional<std::array<double, 3>> origin; // of all positions; none: they are those of the world
   const Compression compression;
   const std::string &name;
   gltf::Writer out;
@@ -300,10 +314,12 @@ private:
 } // namespace
 
 std::string format_run(const MeshRun &run, const Lattice &lattice, const std::string &picture,
-                       Compression compression, const std::string &name) {
+                       Compression compression, const std::string &name, bool *is_local) {
   if (run.frames.empty()) throw Error(name + ": expected at least one frame");
-  if (compression != Compression::meshopt) return RunWriter(run, lattice, compression, name).write(picture);
-  return RunWriter(in_order_of_use(run), lattice, compression, name).write(picture);
+  const MeshRun sorted = compression == Compression::meshopt ? in_order_of_use(run) : MeshRun();
+  RunWriter writer(compression == Compression::meshopt ? sorted : run, lattice, compression, name);
+  if (is_local) *is_local = writer.is_local();
+  return writer.write(picture);
 }
 
 } // namespace fvv::scene

@@ -52,6 +52,26 @@ void check_on_lattice(double stored, double exact, size_t vertex, double step, c
         " lies too far out for float32, the numbers of glTF, on a lattice of this step: PLY has float64");
 }
 
+std::optional<std::array<double, 3>> local_origin(const Lattice &lattice, const double (&low)[3],
+                                                  const double (&high)[3]) {
+  // Float32 has 24 bits: below this number of steps it errs by an eighth of one at most.
+  constexpr double most_steps = 1 << 21;
+  constexpr double block = 65536; // steps: frames that move little have the same origin
+  bool is_near = true, is_by_lattice = true;
+  for (size_t k = 0; k < 3; k++) {
+    is_near = is_near && std::max(-low[k], high[k]) < most_steps * lattice.step;
+    is_by_lattice = is_by_lattice && std::max(lattice.origin[k] - low[k], high[k] - lattice.origin[k]) <
+                                         most_steps * lattice.step;
+  }
+  if (is_near) return std::nullopt;
+  std::array<double, 3> origin;
+  for (size_t k = 0; k < 3; k++) {
+    const double blocks = std::floor((low[k] - lattice.origin[k]) / (lattice.step * block));
+    origin[k] = lattice.origin[k] + (is_by_lattice ? 0 : lattice.step * block * blocks);
+  }
+  return origin;
+}
+
 Writer::Writer(const std::string &file, bool with_meshopt) : name(file), compress(with_meshopt) {
   document = {{"asset", {{"version", "2.0"}, {"generator", "fvv"}}}, {"scene", 0}, {"scenes", Json::array()}};
   for (const char *list : {"nodes", "meshes", "animations", "materials", "textures", "images", "samplers",
@@ -180,6 +200,14 @@ size_t Writer::material(const Surface &surface) {
   }
   document["materials"].push_back(entry);
   return document["materials"].size() - 1;
+}
+
+void Writer::place(const std::array<double, 3> &origin, Json &node) {
+  Json moved = origin;
+  if (node.contains("translation"))
+    for (size_t k = 0; k < 3; k++) moved[k] = origin[k] + node["translation"][k].get<double>();
+  node["translation"] = moved;
+  node["extras"] = {{"origin", origin}};
 }
 
 std::string Writer::glb() {

@@ -4,6 +4,7 @@
 
 #include "fvv_scene/mesh_file.h"
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -38,6 +39,11 @@ void put_float(std::string &out, float value);
 // point of the exact one.
 void check_on_lattice(double stored, double exact, size_t vertex, double step, const std::string &name);
 
+// What positions from low to high are to be relative to, so that float32 has them to an eighth of a step of
+// their lattice, or as near as their own size allows: a point of the lattice; none: to nothing.
+std::optional<std::array<double, 3>> local_origin(const Lattice &lattice, const double (&low)[3],
+                                                  const double (&high)[3]);
+
 class Writer {
 public:
   using Json = nlohmann::ordered_json;
@@ -70,6 +76,9 @@ public:
   size_t corners(const std::vector<uint32_t> &faces);
   size_t image(const std::string &picture); // a file of PNG or JPEG
   size_t material(const Surface &surface);
+  // Puts a node at a local origin, with the translation that it has: viewers compute in float32, those who
+  // read extras need not.
+  static void place(const std::array<double, 3> &origin, Json &node);
 
   // All nodes are roots of the scene. Error when the file would have more than 4 GiB.
   std::string glb();
