@@ -82,7 +82,11 @@ def muxing():
 
 
 def mux():
-    return muxing().speed(capture())
+    figures = muxing().speed(capture())
+    for preset in "live", "fast", "medium":
+        found = python_package.child(BUILD, "rate", capture().parent, preset)
+        figures[f"mux.{preset}_memory_frames_per_s"] = found["frames_per_s"]
+    return figures
 
 
 def memory():

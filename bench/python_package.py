@@ -1,7 +1,7 @@
 """The Python package: the time to read all meshes of a stream beside libfvv's, and to write one beside fvvmux; copies, and
 the size of the wheel.
 
-With "read" and a stream, or "mux" or "write" and a capture, as its arguments it does that and prints what it took, as JSON: the
+With "read" and a stream, "mux" or "write" and a capture, or "rate", a capture and a preset, as its arguments it does that and prints what it took, as JSON: the
 package is on PYTHONPATH then.
 """
 
@@ -73,19 +73,35 @@ def mux(capture):
     return {"seconds": time.process_time() - begin}
 
 
-def write(capture):
-    """Processor seconds of a Writer, from arrays that are there, and what numpy and Python allocate for each byte of them."""
+def writing(capture, count, **options):
+    """A function that writes the first frames of a capture from arrays, and the frames."""
     sys.path[:0] = [str(ROOT / "bindings/python/tests"), str(ROOT / "tests/real")]
     import fvv
     from scenes import read_capture
 
     described, cameras, frame = read_capture(pathlib.Path(capture))
-    options = {name: value for name, value in WRITTEN.items() if name != "frames"}
-    frames = [frame(i) for i in range(12)]
+    frames = [frame(i) for i in range(count)]
 
     def once():
         with fvv.Writer(os.devnull, rate=25, cameras=cameras, name=described["name"], **options) as writer:
             writer.extend(frames)
+
+    return once, frames
+
+
+def rate(capture, preset):
+    """Frames a second of a Writer, from arrays that are there."""
+    once, frames = writing(capture, 50, preset=preset)
+    begin = time.perf_counter()
+    once()
+    return {"frames_per_s": len(frames) / (time.perf_counter() - begin)}
+
+
+def write(capture):
+    """Processor seconds of a Writer, from arrays that are there, and what numpy and Python allocate for each byte of them."""
+    once, frames = writing(
+        capture, 12, **{name: value for name, value in WRITTEN.items() if name != "frames"}
+    )
 
     begin = time.process_time()
     once()
@@ -183,4 +199,4 @@ def measure(c_read, build, work, stream, capture):
 
 
 if __name__ == "__main__":
-    print(json.dumps({"read": times, "mux": mux, "write": write}[sys.argv[1]](sys.argv[2])))
+    print(json.dumps({"read": times, "mux": mux, "write": write, "rate": rate}[sys.argv[1]](*sys.argv[2:])))

@@ -12,7 +12,7 @@ using media::Effort;
 const PresetRow rows[] = {
     // name, pictures, sample, checks, level, visibility, colours, match, track
     {"live", Effort::live, 8, Checks::none, 5, false, false, false, Track::never},
-    {"fast", Effort::fast, 25, Checks::some, 7, false, false, true, Track::never},
+    {"fast", Effort::fast, 12, Checks::some, 7, false, false, true, Track::never},
     {"medium", Effort::full, 25, Checks::all, 9, true, true, true, Track::never},
     {"slow", Effort::full, 25, Checks::all, 10, true, true, true, Track::automatic},
 };
