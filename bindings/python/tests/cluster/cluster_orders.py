@@ -233,7 +233,7 @@ class Orders:
             assert isinstance(found, Exception), f"seed {seed}: {script}: {found!r}"
             assert left == kept, f"seed {seed}: {left}"
             end = self.kind_of(seed, found, doomed)
-        shutil.rmtree(place)
+        removed(place)
         return end
 
     @staticmethod
@@ -246,6 +246,15 @@ class Orders:
                 assert kind == "kill" or ("worker tcp://" in text and "host " in text), f"seed {seed}: {text}"
                 return kind
         raise AssertionError(f"seed {seed}: {doomed}: {error!r}")
+
+
+def removed(folder):
+    """A worker may still write a last file of a group whose run has ended."""
+    for left in reversed(range(10)):
+        shutil.rmtree(folder, ignore_errors=left > 0)
+        if not folder.exists():
+            return
+        time.sleep(0.5)
 
 
 def figures(count, folder, tool, progress=lambda seed, end, seconds: None, first=0):
