@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fvv.help import Parser, Section
 
-from .choices import CALIBRATION_FORMATS, LENSES, SYNCHRONISE, UPS
+from .choices import CALIBRATION_FORMATS, LENSES, SURFACES, SYNCHRONISE, UPS
 
 EXAMPLES = [
     "fvvcapture videos --calibration room.json -o players.fvv",
@@ -106,6 +106,8 @@ def capture_parser(version: str) -> Parser:
     add("--min-share", metavar="SHARE", type=float, default=0.02, rare=True,
         help="components below this share of the largest are dropped")  # fmt: skip
     add("--smoothing", metavar="N", type=int, default=0, rare=True, help="rounds, within the silhouettes")
+    add("--surface", choices=SURFACES, default="hull", rare=True,
+        help="refined: hollows are carved by colour, slower")  # fmt: skip
     add("--grids", action="store_true", rare=True, help="keep grids/NNNN.npz beside the meshes")
     add = out.section("Running").add
     add("--mux", metavar="OPTION=VALUE", action="append", default=[],

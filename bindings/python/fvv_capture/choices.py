@@ -10,3 +10,5 @@ LENSES = ("auto", "radtan5", "radtan8", "fisheye")
 CALIBRATION_FORMATS = ("fvv", "opencv")
 #: Ways to find when recordings began.
 SYNCHRONISE = ("sound", "flash", "motion", "timecode")
+#: Ways to find the surface of a frame.
+SURFACES = ("hull", "refined")

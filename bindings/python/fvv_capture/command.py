@@ -102,6 +102,7 @@ def request_of(given: argparse.Namespace) -> Any:
         hull=hull,
         bounds=bounds,
         keep_grids=given.grids,
+        refined=given.surface == "refined",
     )
     rate = None
     if given.fps is not None:

@@ -21,7 +21,7 @@ from fvv.errors import DamagedError, Error, UsageError
 from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-from . import agreement, hull
+from . import agreement, hull, refine_surface
 from .clean_plate import median_plate, plate_of
 from .keying import Key, Keyer, KeyOptions, volume_matte
 from .opencv import named
@@ -56,6 +56,7 @@ class Options:
     )
     agree: bool = True  #: Keys are completed by what the other cameras see.
     keep_grids: bool = False  #: Write grids/NNNN.npz beside the meshes.
+    refined: bool = False  #: Hollows that no silhouette shows are carved by colour.
 
 
 @dataclasses.dataclass(frozen=True)
@@ -307,6 +308,10 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
     with _timed(clock, "carve"):
         made = hull.carve(seeing, own, work.bounds, work.options.hull)
         empty = len(made.indices) == 0
+        if work.options.refined:
+            footage = _footage(work.description)
+            pictures = [_picture(footage, i, frame) for i in there]
+            made = dataclasses.replace(made, positions=refine_surface.refine(made, seeing, pictures))
         match = (
             [None] * len(seeing) if empty else hull.silhouette_iou(made.positions, made.indices, seeing, own)
         )

@@ -179,6 +179,18 @@ def test_masks_of_another_program_are_used_as_they_are(shoot, tmp_path):
     tool("fvvmux", tmp_path / "out", "-o", tmp_path / "out.fvv", "--scale", 0.5, "--frames", "2-5")
 
 
+def test_a_refined_surface_has_the_faces_of_the_hull_and_less_volume(shoot, tmp_path):
+    made = {}
+    for surface in ("hull", "refined"):
+        out = tmp_path / surface
+        masks = ["--masks", shoot / "masks", "--frames", "2-2"]
+        done = run(*given(shoot, *masks, "--surface", surface, "--json", "-o", out), code=None)
+        assert done.returncode in (0, 3), done.stderr
+        made[surface] = json.loads(done.stdout)["frames"][0]
+    assert made["refined"]["vertices"] == made["hull"]["vertices"] > 0
+    assert 0.7 * made["hull"]["volume"] < made["refined"]["volume"] < made["hull"]["volume"]
+
+
 def test_a_stream_comes_with_predictions_of_left_out_cameras(shoot, tmp_path):
     done = run(
         *given(
