@@ -33,7 +33,7 @@ def fetch(folder):
     """Downloads and unpacks what is missing. Returns (name of the package, its folder) of those that are there, and why others are not."""
     found, missing = [], []
     for registry, package in PACKAGES:
-        place = folder / package.replace("/", "-").replace("@", "_")
+        place = folder / registry / package.replace("/", "-").replace("@", "_")
         try:
             if not (place / ".whole").exists():
                 unpack(registry, package, place)
