@@ -38,6 +38,13 @@ void *operator new(size_t size) {
 void *operator new[](size_t size) {
   return allocate(size);
 }
+// The standard library's own would not be freed by those below.
+void *operator new(size_t size, const std::nothrow_t &) noexcept {
+  return until_failure >= 0 && until_failure-- == 0 ? nullptr : std::malloc(size ? size : 1);
+}
+void *operator new[](size_t size, const std::nothrow_t &tag) noexcept {
+  return operator new(size, tag);
+}
 void operator delete(void *memory) noexcept {
   std::free(memory);
 }

@@ -9,6 +9,7 @@ import subprocess
 import pytest
 from conftest import tool_path
 
+pytestmark = pytest.mark.long
 FEW, MANY = 50000, 200000
 MOST_RATIO = 8  # 4 if all of the time is the file's, 16 if that grows with the square
 RUNS = 3
@@ -286,7 +287,6 @@ def seconds(command, folder):
     return best
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", CASES)
 def test_four_times_as_many(name, tmp_path):
     prepare, divisor = CASES[name]
