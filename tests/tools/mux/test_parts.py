@@ -59,7 +59,6 @@ CASES = {
     "ladder": ("small", ("--ladder", "1,0.5", "--mesh-ladder", "on", "--max-error", 0.4)),
     "views": ("small", ("--view-loss", "0.1dB")),
     "preset": ("small", ("--preset", "live")),
-    "slow": ("studio", ("--preset", "slow", "--cameras", "0-2")),
     # Visibility does not pay, which the first group decides; the rate cannot be kept, which is a warning.
     "starved": ("small", ("--bitrate", "8k", "--max-error", "1mm", "--skip-bad-frames")),
     "selected": (
