@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import time
 import uuid
 import warnings
 from collections.abc import Iterable
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from .._options import PlanOptions
 
 __all__ = ["mux"]
+
+_LAST_FILE = 10.0  # seconds that a worker may take to write one
 
 
 def mux(
@@ -106,8 +110,13 @@ def _refuse_memory(*urls: str) -> None:
 
 
 def _remove(folder: str) -> None:
-    """A failure to do so hides no other."""
-    try:
-        storage.remove(folder)
-    except Exception as error:
-        warnings.warn(f"{folder}: cannot be removed: {error}", RuntimeWarning, stacklevel=3)
+    """A failure to do so hides no other. A worker may still write the last file of a group that is not wanted any more."""
+    give_up = time.monotonic() + _LAST_FILE
+    while True:
+        try:
+            return storage.remove(folder)
+        except Exception as error:
+            if getattr(error, "errno", None) != errno.ENOTEMPTY or time.monotonic() > give_up:
+                warnings.warn(f"{folder}: cannot be removed: {error}", RuntimeWarning, stacklevel=3)
+                return
+        time.sleep(0.2)

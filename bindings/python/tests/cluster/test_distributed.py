@@ -3,6 +3,7 @@ tasks fail on the way."""
 
 import concurrent.futures
 import contextlib
+import errno
 import multiprocessing
 import os
 import shutil
@@ -19,7 +20,7 @@ import fvv
 import fvv.distributed
 import pytest
 from conftest import tool
-from fvv.distributed import tasks, workers
+from fvv.distributed import storage, tasks, workers
 
 OPTIONS = {"group": 2, "quality": "38dB", "repeat_configuration": True}
 
@@ -304,3 +305,34 @@ def test_without_fsspec(capture, tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout == "fvv.distributed needs fsspec: pip install fvv[dask]\n", done.stderr
+
+
+def test_a_folder_that_a_worker_still_writes_into_is_removed(tmp_path, monkeypatch):
+    folder = tmp_path / "parts"
+    folder.mkdir()
+    remove, tries = storage.remove, []
+
+    def late(path):
+        tries.append(path)
+        if len(tries) < 3:
+            raise OSError(errno.ENOTEMPTY, "Directory not empty", path)
+        remove(path)
+
+    monkeypatch.setattr(storage, "remove", late)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fvv.distributed._remove(str(folder))
+    assert len(tries) == 3 and not folder.exists()
+    # It does not wait for ever, and for nothing else.
+    monkeypatch.setattr(fvv.distributed, "_LAST_FILE", 0.5)
+    for code, waits in (errno.ENOTEMPTY, True), (errno.EACCES, False):
+        tries.clear()
+
+        def fail(path, code=code):
+            tries.append(path)
+            raise OSError(code, os.strerror(code), path)
+
+        monkeypatch.setattr(storage, "remove", fail)
+        with pytest.warns(RuntimeWarning, match="parts: cannot be removed"):
+            fvv.distributed._remove(str(folder))
+        assert (len(tries) > 1) == waits
