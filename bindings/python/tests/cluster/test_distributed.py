@@ -323,7 +323,7 @@ def test_a_folder_that_a_worker_still_writes_into_is_removed(tmp_path, monkeypat
         warnings.simplefilter("error")
         fvv.distributed._remove(str(folder))
     assert len(tries) == 3 and not folder.exists()
-    # It does not wait for ever, and for nothing else.
+    # Waiting ends, and is for this failure alone.
     monkeypatch.setattr(fvv.distributed, "_LAST_FILE", 0.5)
     for code, waits in (errno.ENOTEMPTY, True), (errno.EACCES, False):
         tries.clear()
