@@ -450,8 +450,8 @@ private:
       if (kept.size() < begin + k) continue;
       Kept frame = {media::PackedImage<SampleType>(loaded[k].image),
                     media::PackedImage<uint8_t>(loaded[k].mask)};
-      bytes += frame.image.bytes() + frame.mask.bytes();
-      if (bytes <= bytes_kept(plan, track)) kept.push_back(std::move(frame));
+      taken += frame.image.bytes() + frame.mask.bytes();
+      if (taken <= bytes_kept(plan, track)) kept.push_back(std::move(frame));
     }
     return loaded.size();
   }
@@ -460,7 +460,7 @@ private:
   const VideoTrack &track;
   std::vector<size_t> groups; // frames of each
   std::vector<Kept> kept;     // the first ones
-  size_t bytes = 0;           // of those
+  size_t taken = 0;           // bytes of those
 };
 
 // dB for each halving of the size (docs/encoding/ladder.md): detail that is missing in the pictures of a rung
