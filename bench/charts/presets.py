@@ -2,6 +2,8 @@
 
 import os
 
+from muxing import DEMO_OPTIONS, Muxing
+
 from . import drawing, experiment, system, views
 
 PRESETS = "live", "fast", "medium", "slow"
@@ -9,7 +11,6 @@ FRAMES = 50
 PLACES = 13, 26  # degrees along the arc
 LOOKED_AT = 4, 24, 44
 COMPARED = "0-9"
-PRACTICE = "--scale", 0.75, "--tile-fill", "flat"  # as ./run demo packs it
 
 
 def distances(source, stream):
@@ -18,11 +19,10 @@ def distances(source, stream):
     return {"rms_mm": 1000 * found["rms"], "largest_mm": 1000 * found["max"]}
 
 
-def row_of(source, preset, *options):
+def row_of(made):
     """Processor time and wall time are of one run, on as many threads as there are cores."""
-    made = experiment.packed(source, "--preset", preset, *options)
     return {
-        "preset": preset,
+        "preset": made.summary["preset"],
         "bytes": made.summary["bytes"],
         "cpu_per_frame": made.seconds / FRAMES,
         "frames_per_s": made.summary["frames_per_second"],
@@ -42,7 +42,7 @@ def measure(quick):
             made = experiment.packed(source, "--preset", preset)
             seen = views.measure(made.path, arc, frames=LOOKED_AT)
             clips[meshes].append(
-                row_of(source, preset)
+                row_of(made)
                 | {"psnr_db": seen["psnr_inside_db"], "ssim": seen["ssim_inside"]}
                 | distances(source, made.path)
             )
@@ -51,13 +51,11 @@ def measure(quick):
 
 def practice():
     """The default capture of fvvsynth, 13 cameras at 960x540, from PNG files and from H.264 files."""
-    from muxing import Muxing
-
     png = experiment.capture("practice", "--frames", FRAMES)
     maker = Muxing(experiment.program("fvvmux"), experiment.run, experiment.WORK / "captures")
     sources = {"png": png, "video": maker.with_videos(png)}
     return {
-        name: [row_of(source, preset, *PRACTICE) for preset in PRESETS[:3]]
+        name: [row_of(experiment.packed(source, "--preset", p, *DEMO_OPTIONS)) for p in PRESETS[:3]]
         for name, source in sources.items()
     }
 
@@ -87,27 +85,21 @@ def draw(results, folder):
     drawing.save(figure, folder / "presets.svg")
 
 
-def over_medium(rows, preset, key):
-    at = {r["preset"]: r[key] for r in rows}
-    return at[preset], at["medium"]
+def beside_medium(results, preset, key, pattern, compare):
+    """compare(figure of a preset, of medium) for each clip, as text."""
+    found = []
+    for meshes, rows in results["clips"].items():
+        at = {r["preset"]: r[key] for r in rows}
+        found.append(pattern.format(compare(at[preset], at["medium"])) + f" ({meshes})")
+    return " and ".join(found)
 
 
 def text(results):
     def more(preset):
-        return " and ".join(
-            "{:+.0f} % ({})".format(
-                100 * (over_medium(rows, preset, "bytes")[0] / over_medium(rows, preset, "bytes")[1] - 1), m
-            )
-            for m, rows in results["clips"].items()
-        )
+        return beside_medium(results, preset, "bytes", "{:+.0f} %", lambda a, b: 100 * (a / b - 1))
 
     def loss(preset):
-        return " and ".join(
-            "{:+.2f} dB ({})".format(
-                over_medium(rows, preset, "psnr_db")[0] - over_medium(rows, preset, "psnr_db")[1], m
-            )
-            for m, rows in results["clips"].items()
-        )
+        return beside_medium(results, preset, "psnr_db", "{:+.2f} dB", lambda a, b: a - b)
 
     lines = [
         "| capture | preset | frames/s | s of processor time a frame | bytes | held out, dB | SSIM | rms, mm | largest, mm |",
@@ -133,11 +125,8 @@ source, by fvvcompare. Frames per second are of one run on {results['cores']} co
 
 
 def defaults(results):
-    said = "; ".join(
-        f"{m}: medium takes {over_medium(r, 'fast', 'cpu_per_frame')[1] / over_medium(r, 'fast', 'cpu_per_frame')[0]:.1f} times as long as fast"
-        for m, r in results["clips"].items()
-    )
-    return [("fvvmux --preset", "medium", said)]
+    times = beside_medium(results, "fast", "cpu_per_frame", "{:.1f} times", lambda a, b: b / a)
+    return [("fvvmux --preset", "medium", f"takes {times} as long as fast")]
 
 
 EXPERIMENTS = (experiment.Experiment("presets", "The presets", measure, draw, text, defaults=defaults),)

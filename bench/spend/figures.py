@@ -9,13 +9,13 @@ small rig: what the choice takes, beside a stream for which options set the same
 """
 
 from charts import experiment, views
+from muxing import DEMO_OPTIONS
 
 GOAL = "--view-loss", "0.1dB"
 FRAMES = 50
 LOOKED_AT = 4, 14, 24, 34, 44
 PLACES = 13, 26  # degrees along the arc
 GAME = "--scene", "game"
-GAME_OPTIONS = "--scale", 0.75, "--tile-fill", "flat"
 LONG = 250  # frames
 
 
@@ -28,7 +28,7 @@ def sets(clip_arguments):
     return {
         "clip": (*clip_arguments, practice),
         "tracked": (small, practice),
-        "game": (court, *GAME_OPTIONS, game),
+        "game": (court, *DEMO_OPTIONS, game),
     }
 
 

@@ -100,6 +100,12 @@ def _footage(description: str) -> recordings.Footage:
     return open_footage(description)
 
 
+@functools.lru_cache(maxsize=2)
+def _second_footage(description: str) -> recordings.Footage:
+    """Another one, for pictures whose keys were made before: a video that goes back decodes again from its last key picture."""
+    return open_footage(description)
+
+
 @functools.lru_cache(maxsize=64)
 def _key(
     description: str,
@@ -309,7 +315,7 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
         made = hull.carve(seeing, own, work.bounds, work.options.hull)
         empty = len(made.indices) == 0
         if work.options.refined:
-            footage = _footage(work.description)
+            footage = _second_footage(work.description)
             pictures = [_picture(footage, i, frame) for i in there]
             made = dataclasses.replace(made, positions=refine_surface.refine(made, seeing, pictures))
         match = (

@@ -156,7 +156,20 @@ Report measure_on_lattice(const Reference &reference, const geometry::Mesh &mesh
 
 namespace {
 
-// Pieces of the source that the mesh, rounded to the lattice, does not contain. vertices: the vertex of the
+Pieces pieces_of(const geometry::Mesh &mesh) {
+  return find_pieces(mesh, first_alike(mesh, false));
+}
+
+// Of a frame that is not measured, or not yet.
+Report unmeasured_report(size_t faces_before, size_t faces_after) {
+  Report report;
+  report.faces_before = faces_before;
+  report.faces_after = faces_after;
+  report.measured = false;
+  return report;
+}
+
+// Which pieces of a source the mesh, rounded to the lattice, does not contain. vertices: the vertex of the
 // source for each vertex of mesh.
 std::vector<bool> vanished_pieces(const Pieces &pieces, const geometry::Mesh &mesh,
                                   const std::vector<uint32_t> &vertices, const Budget &budget) {
@@ -167,9 +180,9 @@ std::vector<bool> vanished_pieces(const Pieces &pieces, const geometry::Mesh &me
   return gone;
 }
 
-Lost vanished(const geometry::Mesh &source, const geometry::Mesh &mesh, const std::vector<uint32_t> &vertices,
+// Their number and area.
+Lost vanished(const Pieces &pieces, const geometry::Mesh &mesh, const std::vector<uint32_t> &vertices,
               const Budget &budget) {
-  const Pieces pieces = find_pieces(source, first_alike(source, false));
   const std::vector<bool> gone = vanished_pieces(pieces, mesh, vertices, budget);
   Lost lost;
   for (size_t i = 0; i < gone.size(); i++) {
@@ -216,7 +229,9 @@ class Frame {
 public:
   Frame(const geometry::Mesh &mesh, const Footprint &footprint, const Budget &wanted)
       : source(mesh), budget(wanted), alike(first_alike(mesh, true)), reference(mesh, footprint),
-        simplifier(mesh, alike) {}
+        simplifier(mesh, alike) {
+    if (budget.checks == Checks::some) pieces = pieces_of(mesh);
+  }
 
   bool seen() const { return std::isfinite(reference.sharpest()); }
   double sharpest() const { return reference.sharpest(); }
@@ -278,9 +293,8 @@ private:
     return out;
   }
 
-  // Locks the pieces of the source that are gone. Returns whether there are some.
+  // Locks the pieces of the source that are gone. Returns whether some of their faces were not locked.
   bool lock_vanished(const Decimated &out, std::vector<bool> &locked) const {
-    const Pieces pieces = find_pieces(source, first_alike(source, false));
     const std::vector<bool> gone = vanished_pieces(pieces, out.mesh, out.vertices, budget);
     if (std::find(gone.begin(), gone.end(), true) == gone.end()) return false;
     locked.resize(source.face_count());
@@ -316,6 +330,7 @@ private:
   const std::vector<uint32_t> alike;
   const Reference reference;
   const Simplifier simplifier;
+  Pieces pieces; // with Checks::some
 };
 
 // The first target error within the budget, or nothing. source: as sound() wants it.
@@ -385,26 +400,21 @@ double sharpest(const geometry::Mesh &mesh, const Footprint &footprint) {
 
 // One simplification whose error is not measured; pieces that would vanish stay as they are. Nothing where no
 // camera sees the mesh.
-std::optional<Decimated> unmeasured(const geometry::Mesh &source, const Footprint &footprint,
-                                    const Budget &budget, double target_error) {
+std::optional<Decimated> unmeasured(const geometry::Mesh &source, const Pieces &pieces,
+                                    const Footprint &footprint, const Budget &budget, double target_error) {
   if (!(target_error > 0) || !std::isfinite(sharpest(source, footprint))) return {};
   std::vector<uint32_t> faces = Simplifier(source, first_alike(source, true)).simplify({target_error, 0}, {});
   Decimated out;
   out.mesh = compact(source, faces, out.vertices);
-  const Pieces pieces = find_pieces(source, first_alike(source, false));
   const std::vector<bool> gone = vanished_pieces(pieces, out.mesh, out.vertices, budget);
-  if (std::find(gone.begin(), gone.end(), true) != gone.end()) {
-    const size_t before = faces.size();
-    for (size_t k = 0; k < source.faces.size(); k++)
-      if (gone[pieces.of_vertex[source.faces[k - k % 3]]]) faces.push_back(source.faces[k]);
-    out.report.locked_faces = (faces.size() - before) / 3;
-    out.mesh = compact(source, faces, out.vertices);
-  }
+  const size_t simplified = faces.size();
+  for (size_t k = 0; k < source.faces.size(); k++)
+    if (gone[pieces.of_vertex[source.faces[k - k % 3]]]) faces.push_back(source.faces[k]);
+  if (faces.size() > simplified) out.mesh = compact(source, faces, out.vertices);
   if (!sound(out.mesh)) return {};
-  out.report.faces_before = source.face_count();
-  out.report.faces_after = out.mesh.face_count();
+  out.report = unmeasured_report(source.face_count(), out.mesh.face_count());
+  out.report.locked_faces = (faces.size() - simplified) / 3;
   out.report.target_error = target_error;
-  out.report.measured = false;
   return out;
 }
 
@@ -434,18 +444,19 @@ Decimated decimate(const geometry::Mesh &given, const Footprint &footprint, cons
   std::vector<uint32_t> vertices;
   const geometry::Mesh source = compact(given, without_specks(given, budget, before), vertices);
   Decimated out = as_it_is(source);
+  const Pieces pieces = pieces_of(source);
   if (sound(source) && budget.triangles) {
     Decimated attempt = Frame(source, footprint, budget).attempt({0, budget.triangles});
     if (std::isfinite(attempt.report.error.rms)) out = std::move(attempt);
   } else if (sound(source) && budget.checks == Checks::none) {
-    if (std::optional<Decimated> found = unmeasured(source, footprint, budget, target_error))
+    if (std::optional<Decimated> found = unmeasured(source, pieces, footprint, budget, target_error))
       out = std::move(*found);
   } else if (sound(source)) {
     std::optional<Decimated> found = by_proxy(source, footprint, budget, target_error);
     if (!found) found = within_budget(source, footprint, budget, target_error);
     if (found) out = std::move(*found);
   }
-  if (!out.report.kept) out.report.vanished = vanished(source, out.mesh, out.vertices, budget);
+  if (!out.report.kept) out.report.vanished = vanished(pieces, out.mesh, out.vertices, budget);
   out.report.vanished.pieces += before.vanished.pieces;
   out.report.vanished.area += before.vanished.area;
   for (uint32_t &v : out.vertices) v = vertices[v];
@@ -517,15 +528,6 @@ std::vector<size_t> order_of(size_t count, Checks checks) {
   return order;
 }
 
-// Of a frame, until it is measured.
-Report unmeasured_report(size_t faces_before, size_t faces_after) {
-  Report report;
-  report.faces_before = faces_before;
-  report.faces_after = faces_after;
-  report.measured = false;
-  return report;
-}
-
 } // namespace
 
 // Measures frames until one exceeds the budget; worst: its rms in pixels. That frame is first next time, as
@@ -543,7 +545,7 @@ bool TopologyRun::try_faces(const Frames &frames, const Budget &budget, const Re
     outliers = {}; // those of frames before this one were mapped already, and were within the limit
     Report &report = reports[i];
     report = measure_on_lattice(Reference(source, frames.footprint(i), &like), mesh, budget, outliers);
-    report.vanished = vanished(source, mesh, vertices, budget);
+    report.vanished = vanished(pieces_of(source), mesh, vertices, budget);
     worst = report.error.rms_pixels;
     if (budget.triangles) continue;
     if (worst <= budget.pixels && report.error.max_pixels <= budget.most()) continue;

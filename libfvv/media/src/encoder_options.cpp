@@ -146,6 +146,16 @@ int look_ahead(const VideoSettings &settings) {
   return std::clamp(int(most_bytes / frame), least, of_preset);
 }
 
+/* Those that replace some of the encoder's. */
+const std::vector<EncoderOption> &options_in_place(const VideoEncoder &encoder,
+                                                   const VideoSettings &settings) {
+  static const std::vector<EncoderOption> none;
+  if (settings.draft) return encoder.draft;
+  return settings.effort == Effort::fast   ? encoder.fast
+         : settings.effort == Effort::live ? encoder.live
+                                           : none;
+}
+
 /* As the presets for drafts and live have it. */
 bool looks_little_ahead(const VideoSettings &settings) {
   return settings.draft || settings.effort == Effort::live;
@@ -233,10 +243,7 @@ Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings,
   if (pass == AV_CODEC_FLAG_PASS2) context->stats_in = const_cast<char *>(statistics.c_str());
   for (const EncoderOption &option : encoder.options)
     set_option(context.get(), encoder, option.name, value_of(option, settings));
-  for (const EncoderOption &option : settings.draft                    ? encoder.draft
-                                     : settings.effort == Effort::fast ? encoder.fast
-                                     : settings.effort == Effort::live ? encoder.live
-                                                                       : std::vector<EncoderOption>())
+  for (const EncoderOption &option : options_in_place(encoder, settings))
     set_option(context.get(), encoder, option.name, value_of(option, settings));
   if (settings.codec == FVV_CODEC_AVC1 && !looks_little_ahead(settings))
     set_option(context.get(), encoder, "rc-lookahead", std::to_string(look_ahead(settings)));

@@ -344,10 +344,9 @@ std::vector<bool> typical_groups(const Plan &plan) {
 size_t middle_group(const Plan &plan) {
   const size_t middle = plan.group_count() / 2;
   const std::vector<bool> typical = typical_groups(plan);
-  const auto shows = [&](size_t group) { return typical[group]; };
   for (size_t off = 0; off <= middle; off++) {
-    if (middle + off < plan.group_count() && shows(middle + off)) return middle + off;
-    if (shows(middle - off)) return middle - off;
+    if (middle + off < plan.group_count() && typical[middle + off]) return middle + off;
+    if (typical[middle - off]) return middle - off;
   }
   return middle;
 }

@@ -228,13 +228,10 @@ class EnvironmentWriter {
 public:
   EnvironmentWriter(const Environment &source, const Lattice &grid, const std::string &file)
       : environment(source), lattice(grid), name(file), out(file) {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    gltf::Bounds<double> bounds;
     for (const EnvironmentPart &part : environment.parts)
-      for (size_t i = 0; i < part.mesh.positions.size(); i++) {
-        low[i % 3] = std::min(low[i % 3], part.mesh.positions[i]);
-        high[i % 3] = std::max(high[i % 3], part.mesh.positions[i]);
-      }
-    origin = gltf::local_origin(lattice, low, high);
+      for (size_t i = 0; i < part.mesh.positions.size(); i++) bounds.add(i % 3, part.mesh.positions[i]);
+    origin = gltf::local_origin(lattice, bounds);
   }
   bool is_local() const { return origin.has_value(); }
 

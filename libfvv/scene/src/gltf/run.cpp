@@ -18,19 +18,6 @@ namespace {
 
 using Json = gltf::Writer::Json;
 
-// The lowest and the highest of each of three components.
-template <class Number> struct Bounds {
-  std::vector<Number> low, high;
-  void add(size_t component, Number value) {
-    if (low.size() <= component) {
-      low.push_back(value);
-      high.push_back(value);
-    }
-    low[component] = std::min(low[component], value);
-    high[component] = std::max(high[component], value);
-  }
-};
-
 // The vertices in the order in which the faces use them, those that no face uses left out: meshoptimizer's
 // codecs then take a quarter less.
 MeshRun in_order_of_use(const MeshRun &run) {
@@ -60,13 +47,11 @@ class RunWriter {
 public:
   RunWriter(const MeshRun &frames, const Lattice &grid, Compression how, const std::string &file)
       : run(frames), lattice(grid), compression(how), name(file), out(file, how == Compression::meshopt) {
-    Bounds<double> bounds;
+    gltf::Bounds<double> bounds;
     for (const MeshRun::Frame &frame : run.frames)
       for (size_t i = 0; i < frame.positions.size(); i++)
         bounds.add(i % 3, metres(i % 3, frame.positions[i]));
-    if (bounds.low.empty()) return;
-    origin = gltf::local_origin(lattice, {bounds.low[0], bounds.low[1], bounds.low[2]},
-                                {bounds.high[0], bounds.high[1], bounds.high[2]});
+    origin = gltf::local_origin(lattice, bounds);
     for (size_t k = 0; origin && k < 3; k++) lattice.origin[k] -= (*origin)[k];
   }
   bool is_local() const { return origin.has_value(); }
@@ -130,7 +115,7 @@ private:
     const std::string bytes = format_drc_points(source, lattice, run.texture_bits, name);
     // Draco may leave out vertices: the accessors describe what a decoder finds.
     const DrcPoints found = parse_drc_points(bytes, name, limits_or_default(nullptr), {0});
-    Bounds<float> bounds;
+    gltf::Bounds<float> bounds;
     for (size_t i = 0; i < size_t(found.count) * 3; i++) {
       float value;
       memcpy(&value, &found.attributes.at(0).bytes[i * sizeof value], sizeof value);
@@ -197,7 +182,7 @@ private:
 
   // Whether positions are uint16 from the least on, and displacements int16.
   bool fits_integers() {
-    Bounds<int32_t> bounds;
+    gltf::Bounds<int32_t> bounds;
     for (size_t i = 0; i < first().size(); i++) bounds.add(i % 3, first()[i]);
     least = bounds.low;
     for (size_t k = 0; k < 3; k++)
@@ -214,7 +199,7 @@ private:
   size_t integer_positions() {
     out.use("KHR_mesh_quantization", true);
     std::string bytes;
-    Bounds<int32_t> bounds;
+    gltf::Bounds<int32_t> bounds;
     for (size_t i = 0; i < first().size(); i++) {
       const int32_t value = first()[i] - least[i % 3];
       gltf::put_u16(bytes, uint16_t(value));
@@ -230,7 +215,7 @@ private:
   // Accessors of all targets in one view; bounds empty: without bounds.
   template <class Number>
   std::vector<size_t> targets(const std::string &bytes, size_t stride, gltf::Component component,
-                              const std::vector<Bounds<Number>> &bounds) {
+                              const std::vector<gltf::Bounds<Number>> &bounds) {
     const size_t view = out.elements(bytes, gltf::Use::vertices, stride, true);
     std::vector<size_t> accessors;
     for (size_t i = 0; i + 1 < run.frames.size(); i++) {
@@ -243,7 +228,7 @@ private:
 
   std::vector<size_t> integer_targets() {
     std::string bytes;
-    std::vector<Bounds<int32_t>> bounds(run.frames.size() - 1);
+    std::vector<gltf::Bounds<int32_t>> bounds(run.frames.size() - 1);
     for (size_t f = 1; f < run.frames.size(); f++)
       for (size_t i = 0; i < first().size(); i++) {
         const int32_t value = run.frames[f].positions[i] - first()[i];
@@ -256,7 +241,7 @@ private:
 
   std::vector<size_t> float_targets() {
     std::string bytes;
-    std::vector<Bounds<float>> bounds(run.frames.size() - 1);
+    std::vector<gltf::Bounds<float>> bounds(run.frames.size() - 1);
     for (size_t f = 1; f < run.frames.size(); f++)
       for (size_t i = 0; i < first().size(); i++) {
         const int32_t index = run.frames[f].positions[i];

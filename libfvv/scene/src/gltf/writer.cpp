@@ -52,8 +52,9 @@ void check_on_lattice(double stored, double exact, size_t vertex, double step, c
         " lies too far out for float32, the numbers of glTF, on a lattice of this step: PLY has float64");
 }
 
-std::optional<std::array<double, 3>> local_origin(const Lattice &lattice, const double (&low)[3],
-                                                  const double (&high)[3]) {
+std::optional<std::array<double, 3>> local_origin(const Lattice &lattice, const Bounds<double> &positions) {
+  const auto &[low, high] = positions;
+  if (low.empty()) return std::nullopt;
   // Float32 has 24 bits: below this number of steps it errs by an eighth of one at most.
   constexpr double most_steps = 1 << 21;
   constexpr double block = 65536; // steps: frames that move little have the same origin

@@ -4,6 +4,7 @@
 
 #include "fvv_scene/mesh_file.h"
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -39,10 +40,22 @@ void put_float(std::string &out, float value);
 // point of the exact one.
 void check_on_lattice(double stored, double exact, size_t vertex, double step, const std::string &name);
 
-// What positions from low to high are to be relative to, so that float32 has them to an eighth of a step of
+// The lowest and the highest of each of three components.
+template <class Number> struct Bounds {
+  std::vector<Number> low, high;
+  void add(size_t component, Number value) {
+    if (low.size() <= component) {
+      low.push_back(value);
+      high.push_back(value);
+    }
+    low[component] = std::min(low[component], value);
+    high[component] = std::max(high[component], value);
+  }
+};
+
+// What positions within bounds are to be relative to, so that float32 has them to an eighth of a step of
 // their lattice, or as near as their own size allows: a point of the lattice; none: to nothing.
-std::optional<std::array<double, 3>> local_origin(const Lattice &lattice, const double (&low)[3],
-                                                  const double (&high)[3]);
+std::optional<std::array<double, 3>> local_origin(const Lattice &lattice, const Bounds<double> &positions);
 
 class Writer {
 public:
