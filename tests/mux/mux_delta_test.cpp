@@ -2,7 +2,7 @@
 // detects wrong ones.
 #include "mux_fixture.h"
 
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 
 #include <algorithm>
 #include <numeric>

@@ -1,6 +1,6 @@
 #include "mux/src/crop.h"
 #include "fvv_cxx/parallel.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/pictures.h"
 
 #include <algorithm>

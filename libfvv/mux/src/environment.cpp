@@ -4,7 +4,7 @@
 #include "fvv_cxx/owned.h"
 #include "fvv_media/image.h"
 #include "mux/src/environment.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/plan.h"
 
 #include <algorithm>

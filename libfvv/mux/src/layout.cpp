@@ -6,7 +6,7 @@
 #include "fvv_media/frame.h"
 #include "fvv_scene/capture.h"
 #include "mux/src/crop.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/plan.h"
 #include "mux/src/stream_writer.h"

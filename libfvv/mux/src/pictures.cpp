@@ -6,7 +6,7 @@
 #include "fvv_media/frame.h"
 #include "fvv_media/packed_image.h"
 #include "fvv_scene/memory_frames.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/options/presets.h"
 
 #include <algorithm>

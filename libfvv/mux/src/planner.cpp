@@ -13,7 +13,7 @@
 #include "mux/src/environment.h"
 #include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/layout.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/options/option_values.h"
 #include "mux/src/pictures.h"
 #include "mux/src/sound/sound.h"

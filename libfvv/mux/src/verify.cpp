@@ -7,7 +7,7 @@
 #include "fvv_cxx/parallel.h"
 #include "fvv_demux/picture_decoder.h"
 #include "mux/src/environment.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/sound/sound.h"
 #include "mux/src/stream_writer.h"

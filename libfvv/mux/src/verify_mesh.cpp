@@ -1,5 +1,5 @@
 #include "fvv_cxx/owned.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/verify.h"
 
 #include <algorithm>

@@ -7,8 +7,8 @@
 #include "fvv_render/vertex_colours.h"
 #include "fvv_render/visibility_fit.h"
 #include "fvv_scene/memory_frames.h"
-#include "mux/src/decoded_meshes.h"
 #include "mux/src/encode/vertex_colours.h"
+#include "mux/src/meshes/decoded_meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "mux/src/choose/sampled_scene.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/stream_writer.h"
 #include "mux/src/sums.h"
 

@@ -2,7 +2,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_geometry/pieces.h"
 #include "mux/src/choose/choices.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/options/presets.h"
 #include "mux/src/terms.h"
 

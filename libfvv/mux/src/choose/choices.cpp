@@ -11,7 +11,7 @@
 #include "fvv_render/local_origin.h"
 #include "fvv_render/vector.h"
 #include "mux/src/crop.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/options/presets.h"
 #include "mux/src/pictures.h"
 #include "mux/src/plan.h"

@@ -3,7 +3,7 @@
 #include "fvv_geometry/outline.h"
 #include "fvv_render/vector.h"
 #include "mux/src/choose/choices.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/terms.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include "fvv_cxx/parallel.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/crop.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/terms.h"
 

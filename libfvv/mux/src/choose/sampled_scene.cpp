@@ -1,7 +1,7 @@
 #include "mux/src/choose/sampled_scene.h"
 #include "fvv_media/packed_image.h"
 #include "mux/src/choose/choices.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/pictures.h"
 
 #include <algorithm>

@@ -6,8 +6,8 @@
 #include "fvv_render/held_out.h"
 #include "fvv_render/local_origin.h"
 #include "mux/src/choose/choices.h"
-#include "mux/src/decoded_meshes.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/decoded_meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/options/presets.h"
 #include "mux/src/pictures.h"
 

@@ -3,7 +3,7 @@
 #include "fvv_cxx/parallel.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/ladder/mesh_rungs.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/report/report_names.h"
 #include "mux/src/terms.h"

@@ -1,7 +1,7 @@
 // Colours that meshes bring for their vertices, brought to the vertices of the stream.
 #pragma once
 
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 
 #include <optional>
 

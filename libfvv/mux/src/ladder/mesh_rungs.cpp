@@ -1,7 +1,7 @@
 #include "mux/src/ladder/mesh_rungs.h"
 #include "fvv_cxx/error.h"
 #include "mux/src/choose/choices.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/stream_writer.h"
 
 #include <algorithm>

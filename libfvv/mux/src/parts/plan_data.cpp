@@ -3,7 +3,7 @@
 #include "fvv_cxx/error.h"
 #include "fvv_mux/option_table.h"
 #include "mux/src/environment.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/options/option_values.h"
 #include "mux/src/pictures.h"
 #include "mux/src/planner.h"

@@ -1,4 +1,4 @@
-#include "mux/src/patch_coder.h"
+#include "mux/src/meshes/patch_coder.h"
 #include "fvv_cxx/error.h"
 
 #include <algorithm>

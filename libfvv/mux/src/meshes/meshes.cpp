@@ -1,9 +1,9 @@
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/encode/vertex_colours.h"
-#include "mux/src/patch_coder.h"
+#include "mux/src/meshes/patch_coder.h"
 
 #include <algorithm>
 #include <cmath>

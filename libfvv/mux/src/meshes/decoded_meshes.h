@@ -4,7 +4,7 @@
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
-#include "mux/src/meshes.h"
+#include "mux/src/meshes/meshes.h"
 #include "mux/src/plan.h"
 
 #include <memory>
