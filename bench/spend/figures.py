@@ -2,12 +2,13 @@
 
 The sets are the clip of the paper's shape (hulls, 7 cameras at 480x270), the same scene with exact meshes by the rig small, and the first two seconds of the demo's
 game (13 cameras, scale 0.75, flat tiles). The truth is filmed by fvvsynth --rig arc, as in the charts: PSNR inside silhouettes, of
-five frames and two places. Time is processor time of 250 frames of the
+five frames and two places. The frame of wd2_human20, where FVV_DATA has it, counts by bytes and by cameras that are drawn from the others. Time is processor time of 250 frames of the
 small rig: what the choice takes, beside a stream for which options set the same.
 
 ./run bench spend prints the figures.
 """
 
+import view_quality
 from charts import experiment, views
 from muxing import DEMO_OPTIONS
 
@@ -54,6 +55,15 @@ def measure(clip_arguments):
             flush=True,
         )
     figures["spend.worst_loss_db"] = max(losses)
+    if real := view_quality.wd2_capture():
+        before, after = (experiment.packed(real.parent, *view_quality.WINDING, *goal) for goal in ((), GOAL))
+        bytes_of = [one.summary["bytes"] for one in (before, after)]
+        figures["spend.wd2_saving_percent"] = 100 * (1 - bytes_of[1] / bytes_of[0])
+        found = after.summary["view_loss"]
+        print(
+            f"{'wd2':10}{bytes_of[0]:10}{bytes_of[1]:10}"
+            + "".join(f"{found[one]['psnr']:9.2f}" for one in ("default", "chosen"))
+        )
     long = experiment.capture("spend-long", "--rig", "small", "--frames", LONG)
     without, chosen = experiment.packed(long), experiment.packed(long, *GOAL)
     found = chosen.summary["view_loss"]

@@ -19,8 +19,6 @@ void check_justified(uint64_t samples, uint64_t samples_per_byte, size_t size, c
 // A whole file. Error when it cannot be read or is larger than any picture needs.
 std::vector<uint8_t> read_file(const std::string &path);
 
-// Eight bits brought to a sample type: times 257 for 16.
-template <class SampleType> BasicImage<SampleType> with_samples(Image image);
 // In 1 or 3 channels, as read_image.
 template <class SampleType> BasicImage<SampleType> with_channels(BasicImage<SampleType> image, int channels);
 

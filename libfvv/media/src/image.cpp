@@ -111,8 +111,7 @@ template <class Sample> BasicImage<Sample> with_samples(Image image) {
     return image;
   } else {
     BasicImage<Sample> out = make_image<Sample>(image.width, image.height, image.channels, 0);
-    std::transform(image.pixels.begin(), image.pixels.end(), out.pixels.begin(),
-                   [](uint8_t value) { return Sample(step<Sample> * value); });
+    std::transform(image.pixels.begin(), image.pixels.end(), out.pixels.begin(), deep_sample);
     return out;
   }
 }

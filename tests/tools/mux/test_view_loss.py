@@ -15,9 +15,10 @@ def captures(tmp_path_factory):
     return root
 
 
-# In so small pictures meshes take more bytes than usual.
-@pytest.mark.parametrize("name, most", [("tracked", 0.95), ("hull", 0.85)])
-def test_bytes_fall_and_views_do_not(captures, name, most, tmp_path):
+# In so small pictures meshes take more bytes than usual. Views of exact meshes gain by a stricter threshold, also at places between the
+# cameras (docs/encoding/view-loss.md); those of a hull of so few cells do not.
+@pytest.mark.parametrize("name, most, threshold", [("tracked", 0.95, 0.25), ("hull", 0.85, 0.05)])
+def test_bytes_fall_and_views_do_not(captures, name, most, threshold, tmp_path):
     before = figures("fvvmux", captures / name, "-o", tmp_path / "a.fvv")
     after = figures("fvvmux", captures / name, "-o", tmp_path / "b.fvv", *GOAL, "--verify")
     found = after["view_loss"]
@@ -27,6 +28,7 @@ def test_bytes_fall_and_views_do_not(captures, name, most, tmp_path):
     assert found["loss"] == pytest.approx(found["default"]["psnr"] - found["chosen"]["psnr"])
     assert found["finest"]["psnr"] > found["chosen"]["psnr"] - 0.5
     assert 38 <= found["picture_psnr"] < 42
+    assert found["threshold"] == threshold
     assert after["bytes"] < most * before["bytes"]
     assert after["budget"]["max_error"] == found["max_error"]
     assert after["verified"]["psnr"] > 37

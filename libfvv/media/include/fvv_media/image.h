@@ -25,6 +25,13 @@ template <class SampleType = uint8_t>
 BasicImage<SampleType> make_image(uint32_t width, uint32_t height, int channels,
                                   typename BasicImage<SampleType>::Value value);
 
+// A sample of 8 bits in 16.
+constexpr uint16_t deep_sample(uint8_t value) {
+  return uint16_t(257 * value);
+}
+// A picture of 8 bits in 8, or in 16.
+template <class SampleType> BasicImage<SampleType> with_samples(Image image);
+
 enum class ImageFormat { png, jpeg, exr, webp };
 
 struct ImageInfo {

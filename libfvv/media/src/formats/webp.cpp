@@ -49,7 +49,7 @@ RgbaImage decode_webp_rgba(const uint8_t *bytes, size_t size, const std::string 
   std::vector<uint8_t> pixels(size_t(4) * out.width * out.height);
   if (!WebPDecodeRGBAInto(bytes, size, pixels.data(), pixels.size(), int(4 * out.width))) fail(size, name);
   out.pixels.reserve(pixels.size());
-  for (const uint8_t value : pixels) out.pixels.push_back(uint16_t(257 * value));
+  for (const uint8_t value : pixels) out.pixels.push_back(deep_sample(value));
   return out;
 }
 

@@ -508,8 +508,7 @@ CutView cut_view(const Plan &plan, const SampledScene &scene, size_t index) {
   const std::optional<SampledScene::View> view = scene.view(plan, index, number, calibration);
   if (!view) return out;
   out.camera = render::camera_from(origin_of(plan.lattice.lattice), fvv_camera_of_tile(&calibration, &tile));
-  out.picture = {tile.destination.width, tile.destination.height, 3, {}};
-  for (const uint8_t value : part(view->picture).pixels) out.picture.pixels.push_back(uint16_t(257 * value));
+  out.picture = media::with_samples<uint16_t>(part(view->picture));
   if (!view->mask.pixels.empty()) out.mask = part(view->mask);
   return out;
 }
