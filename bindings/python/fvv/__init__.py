@@ -16,7 +16,7 @@ from __future__ import annotations
 from . import interop
 from ._core import Camera, Mesh, Picture, Sound, library_version
 from .audio import AudioInput
-from .clip import Clip, ClipFrame, Readable, ReadAt, check
+from .clip import Clip, ClipFrame, check
 from .comparison import Comparison, compare
 from .environment import Environment, EnvironmentPart, Light
 from .errors import DamagedError, Error, LimitError, LossWarning, UnsupportedError, UsageError
@@ -25,6 +25,7 @@ from .meshes import Decimated, decimate
 from .player import Player
 from .reader import Configuration, Damage, End, Event, FrameEvent, Reader, SoundEvent
 from .records import Check, Description, Limits, Problem, Rung, Track
+from .sources import Readable, ReadAt
 from .view import Rendering, render
 from .writer import Writer, mux
 

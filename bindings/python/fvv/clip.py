@@ -9,7 +9,7 @@ import threading
 import weakref
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import Any, BinaryIO, Protocol, overload
+from typing import Any, overload
 
 import numpy
 from numpy.typing import NDArray
@@ -21,67 +21,10 @@ from .errors import DamagedError, UsageError
 from .frames import ATLAS, ByCamera, Frame, Weights
 from .player import INLINE_LIMIT, Player, Server, inline_player, script_of
 from .records import Check, Description, Limits, Problem, Rung, Track
+from .sources import Readable, Source, opened_elsewhere
 
-
-class ReadAt(Protocol):
-    """Something that gives bytes from any place, such as a client of a storage service."""
-
-    @property
-    def size(self) -> int:
-        """Bytes in all."""
-        ...
-
-    def read_at(self, offset: int, size: int) -> Any:
-        """Exactly size bytes from offset, as bytes or another object with the buffer protocol."""
-
-
-#: A path, bytes or anything with the buffer protocol (mmap too), a binary file object, or a `ReadAt`.
-Readable = Any
 #: Of a clip: all frames.
 EVERY = slice(None)
-
-
-class _FileObject:
-    """A seekable file object as `ReadAt`. Its position is moved; it is not closed."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file = file
-        self.size = file.seek(0, os.SEEK_END)
-
-    def read_at(self, offset: int, size: int) -> bytes:
-        self._file.seek(offset)
-        parts: list[bytes] = []
-        while size:
-            part = self._file.read(size)
-            if not part:
-                break
-            parts.append(part)
-            size -= len(part)
-        return parts[0] if len(parts) == 1 else b"".join(parts)
-
-
-def _source_of(source: Readable) -> tuple[Any, str]:
-    """What the core reads, and what messages call it."""
-    if isinstance(source, (str, os.PathLike)):
-        path: str = os.fspath(source)
-        if os.path.exists(path) and not os.path.isfile(path):
-            raise UsageError(f"{path}: expected a file", file=path)
-        with open(path, "rb"):  # for the usual exceptions
-            return path, path
-    try:
-        memoryview(source)
-        return source, "bytes"
-    except TypeError:
-        pass
-    name = getattr(source, "name", None)
-    name = name if isinstance(name, str) else type(source).__name__
-    if hasattr(source, "read_at"):
-        return source, name
-    if hasattr(source, "read") and hasattr(source, "seek"):
-        return _FileObject(source), name
-    raise TypeError(
-        f"expected a path, bytes, a binary file object, or an object with read_at and size, not {type(source).__name__}"
-    )
 
 
 def _given(limits: Limits | None) -> dict[str, int]:
@@ -94,11 +37,17 @@ class ClipFrame(Frame):
     def __init__(self, clip: Clip, index: int) -> None:
         super().__init__()
         self._clip = clip
-        self._stream = clip._stream
         #: The place in the clip: `clip[frame.index]` is this frame.
         self.index = index
         self._place: tuple[int, int, int] | None = None
         self._known: Description | None = None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return ClipFrame, (self._clip, self.index)
+
+    @property
+    def _stream(self) -> _core.Stream:
+        return self._clip._stream
 
     def _located(self) -> tuple[int, int, int]:
         if self._place is None:
@@ -188,22 +137,57 @@ class Clip:
 
     Threads may share a clip and then take turns; clips of their own run at the same time. Frames, meshes and arrays that
     were read stay valid after `close`; what was not read raises `UsageError` then.
+
+    Processes have a clip each: one that was forked opens the source again, and so does one that receives a pickled clip, which
+    is its path or URL. `UsageError` where that cannot be, as with most file objects.
     """
 
     def __init__(self, source: Readable, *, rung: int = 0, limits: Limits | None = None) -> None:
         if rung < 0:
             raise UsageError(f"rung {rung}: expected 0 or more")
-        what, self.name = _source_of(source)
-        self._stream = _core.Stream(what, self.name, rung, _given(limits))
+        self.rung = rung
+        self._limits = limits
+        self._closed = False
+        self._open(Source(source))
+
+    def _open(self, source: Source) -> None:
+        self._source, self.name = source, source.name
+        self._opened = _core.Stream(source.core, self.name, self.rung, _given(self._limits))
+        self._process = os.getpid()
         self._lock = threading.Lock()
         self._server: Server | None = None
         self._descriptions: dict[int, Description] = {}
         self._description: Description | None = None
-        self.rung = rung
+
+    @property
+    def _stream(self) -> _core.Stream:
+        """Of this process: what one that was forked inherits cannot be used."""
+        if self._process != os.getpid():
+            with _after_fork:
+                if self._process != os.getpid():
+                    self._require_open()
+                    self._open(self._source.after_fork())
+        return self._opened
+
+    def _require_size(self, size: int) -> None:
+        found = self.size
+        if found == size:
+            return
+        self.close()
+        raise UsageError(
+            f"{self.name}: has {found} bytes here, expected the {size} of the clip that was pickled",
+            file=self.name,
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        self._require_open()
+        return _opened_again, (self._source.portable(), self.rung, self._limits, self._stream.byte_count)
 
     def close(self) -> None:
         """Releases the source, and ends what `show` serves. May be called again."""
-        self._stream.close()
+        self._closed = True
+        if self._process == os.getpid():
+            self._opened.close()
         with self._lock:
             server, self._server = self._server, None
         if server is not None:
@@ -212,7 +196,7 @@ class Clip:
     @property
     def closed(self) -> bool:
         """Whether `close` was called."""
-        return self._stream.closed
+        return self._closed
 
     def __enter__(self) -> Clip:
         if self.closed:
@@ -237,7 +221,7 @@ class Clip:
             return [ClipFrame(self, i) for i in range(*index.indices(len(self)))]
         found = index + len(self) if index < 0 else index
         if not 0 <= found < len(self):
-            raise IndexError(f"frame {index} of {len(self)}")
+            raise IndexError(_beyond(self.name, index, len(self)))
         return ClipFrame(self, found)
 
     def __iter__(self) -> Iterator[ClipFrame]:
@@ -249,10 +233,21 @@ class Clip:
         """The frame that is shown at a time: the last one that begins no later. `UsageError` before the first frame and from
         the end on."""
         base = self._configuration().time_base
+        try:
+            exact = Fraction(seconds) / base
+        except (ValueError, OverflowError, TypeError):
+            raise UsageError(
+                f"at: expected seconds, a finite number, found {seconds!r}", file=self.name
+            ) from None
         # A thousandth of a tick is for floats that miss a frame's time by their last bit.
-        ticks = float(Fraction(seconds) / base) + 1e-3
-        if not self._stream.span()[0] <= ticks < self._stream.span()[1]:
-            raise UsageError(f"{float(seconds)} s is not within the clip", file=self.name)
+        ticks = float(exact) + 1e-3
+        start, end = self._stream.span()
+        if not start <= ticks < end:
+            raise UsageError(
+                f"{self.name}: nothing is shown at {float(seconds):g} s: the clip is from {float(start * base):g} s to before "
+                f"{float(end * base):g} s",
+                file=self.name,
+            )
         return ClipFrame(self, self._stream.at(int(ticks // 1)))
 
     @property
@@ -401,6 +396,37 @@ class Clip:
         return found
 
 
+def _beyond(name: str, index: int, count: int) -> str:
+    if not count:
+        return f"{name}: there is no frame {index}: the clip has none"
+    there = (
+        "1 frame, number 0 or -1"
+        if count == 1
+        else f"{count} frames, 0 to {count - 1}, or -{count} to -1 from the end"
+    )
+    return f"{name}: there is no frame {index}: the clip has {there}"
+
+
+#: Held while a forked process opens a clip again. No process inherits it locked.
+_after_fork = threading.Lock()
+
+
+def _renew_lock() -> None:
+    global _after_fork
+    _after_fork = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_lock)
+
+
+def _opened_again(portable: Readable, rung: int, limits: Limits | None, size: int) -> Clip:
+    """A pickled clip, in the process that receives it."""
+    clip = Clip(opened_elsewhere(portable), rung=rung, limits=limits)
+    clip._require_size(size)
+    return clip
+
+
 def _parsed(text: str) -> Any:
     try:
         return json.loads(text)
@@ -411,7 +437,7 @@ def _parsed(text: str) -> Any:
 def check(source: Readable, *, decode: bool = True, limits: Limits | None = None) -> Check:
     """Reads all of a stream and returns everything that is wrong with it, as `fvvinfo --check` does. decode: decode meshes,
     visibility and environments and check video samples too, not only structure."""
-    what, name = _source_of(source)
-    found = _core.check(what, name, decode, _given(limits))
+    what = Source(source)
+    found = _core.check(what.core, what.name, decode, _given(limits))
     problems = tuple(Problem(*problem) for problem in found.pop("problems"))
     return Check(problems=problems, **found)

@@ -6,8 +6,9 @@ import json
 from typing import Any
 
 from . import _core
-from .clip import Clip, Readable, _source_of
+from .clip import Clip
 from .errors import DamagedError
+from .sources import Readable, Source
 
 
 def inspect(source: Readable, *, decode: bool = False, chunks: bool = False) -> dict[str, Any]:
@@ -22,8 +23,8 @@ def inspect(source: Readable, *, decode: bool = False, chunks: bool = False) -> 
 
 def document(source: Readable, *, decode: bool = False, chunks: bool = False) -> str:
     """What `inspect` returns, as text."""
-    what, name = _source_of(source)
-    return _core.inspect(what, name, decode, chunks)
+    what = Source(source)
+    return _core.inspect(what.core, what.name, decode, chunks)
 
 
 def _described(clip: Clip) -> dict[str, Any]:

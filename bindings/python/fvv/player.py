@@ -210,6 +210,7 @@ class Server:
         #: The page.
         self.url = f"http://127.0.0.1:{self._listener.server_address[1]}/{self._listener.token}/"
         self._ended = threading.Event()
+        self._process = os.getpid()
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
 
@@ -224,7 +225,9 @@ class Server:
         self._thread.join()
 
     def close(self) -> None:
-        """Ends the server. May be called again."""
+        """Ends the server. May be called again. A process that was forked has none."""
+        if self._process != os.getpid():
+            return
         self._ended.set()
         # The garbage collector may come here in the thread itself.
         if threading.current_thread() is not self._thread:

@@ -118,6 +118,7 @@ class Writer:
         self._ended: str | None = None
         self._lost_uvs = False
         self._lock = threading.Lock()
+        self._process = os.getpid()
         calls = _Calls(progress)
         self._losses = calls.losses
         # Wrong options are refused before anything is created.
@@ -213,7 +214,10 @@ class Writer:
             return summary
 
     def close(self) -> None:
-        """Gives the stream up, unless it is finished: leaves no file. May be called again."""
+        """Gives the stream up, unless it is finished: leaves no file. May be called again. A process that was forked leaves it
+        alone."""
+        if self._process != os.getpid():
+            return
         with self._using(closed=True):
             if self._ended is None:
                 self._abandon("was closed")
@@ -229,7 +233,7 @@ class Writer:
             self.finish()
 
     def __del__(self) -> None:
-        if hasattr(self, "_output") and self._ended is None:
+        if hasattr(self, "_output") and self._ended is None and self._process == os.getpid():
             self._abandon("was collected")
 
     def __repr__(self) -> str:
@@ -348,6 +352,10 @@ class _Turn:
         self._closed = closed
 
     def __enter__(self) -> None:
+        if self._writer._process != os.getpid():
+            raise UsageError(
+                "the writer belongs to the process that made it, and not to one that was forked from it"
+            )
         if not self._writer._lock.acquire(blocking=False):
             raise UsageError("the writer is in use by another call")
         if self._writer._ended is not None and not self._closed:

@@ -8,6 +8,7 @@
 #include "live/reader.h"
 #include "options.h"
 #include "parts.h"
+#include "processes/pickles.h"
 #include "render.h"
 #include "source.h"
 #include "stream.h"
@@ -87,6 +88,7 @@ PYBIND11_MODULE(_core, module) {
   using namespace fvv::python;
   register_failures();
   register_values(module);
+  register_pickles(module);
   register_stream(module);
   register_live(module);
   register_render(module);

@@ -3,6 +3,7 @@
 #include "environment.h"
 #include "fvv_cxx/rung.h"
 #include "fvv_demux/selection.h"
+#include "processes/process.h"
 
 #include <algorithm>
 #include <pybind11/stl.h>
@@ -661,9 +662,10 @@ std::shared_ptr<const view::Frame> Stream::loaded(int64_t frame_number, bool pic
 
 void register_stream(py::module_ &module) {
   PYBIND11_NUMPY_DTYPE(ChunkRow, group, type, track, key, time, offset, size);
-  py::class_<Stream>(module, "Stream")
-      .def(py::init<const py::object &, const std::string &, size_t, const py::dict &>(), py::arg("source"),
-           py::arg("name"), py::arg("rung"), py::arg("limits"))
+  py::class_<Stream, std::shared_ptr<Stream>>(module, "Stream")
+      .def(py::init(&make_for_this_process<Stream, const py::object &, const std::string &, size_t,
+                                           const py::dict &>),
+           py::arg("source"), py::arg("name"), py::arg("rung"), py::arg("limits"))
       .def("close", &Stream::close)
       .def_property_readonly("closed", &Stream::closed)
       .def("__len__", &Stream::size)

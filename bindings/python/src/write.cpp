@@ -8,6 +8,7 @@
 #include "fvv_mux/segments.h"
 #include "fvv_scene/inputs.h"
 #include "options.h"
+#include "processes/process.h"
 #include "source.h"
 
 #include <algorithm>
@@ -365,8 +366,10 @@ void register_write(py::module_ &module) {
       .def("run", &CaptureMuxer::run)
       .def("verify", &CaptureMuxer::verify, py::arg("path"))
       .def("result", &CaptureMuxer::result, py::arg("output"));
-  py::class_<FrameWriter>(module, "FrameWriter", "Frames from arrays that become a stream.")
-      .def(py::init<const py::dict &, const py::object &, const py::object &, const py::object &>(),
+  py::class_<FrameWriter, std::shared_ptr<FrameWriter>>(module, "FrameWriter",
+                                                        "Frames from arrays that become a stream.")
+      .def(py::init(&make_for_this_process<FrameWriter, const py::dict &, const py::object &,
+                                           const py::object &, const py::object &>),
            py::arg("options"), py::arg("sink"), py::arg("on_warning"), py::arg("on_progress"))
       .def_property_readonly("failed", &FrameWriter::is_failed)
       .def_property_readonly("frames", &FrameWriter::frames)

@@ -54,6 +54,11 @@ def test_rate_against_accuracy(eight_frames, tmp_path):
     assert (tmp_path / "rates.png").exists()
 
 
+def test_data_loader(players):
+    printed = example("data_loader", players)
+    assert printed.splitlines()[-1].startswith("12 samples, the brightest pixel is ")
+
+
 def test_with_dask(eight_frames, tmp_path):
     pytest.importorskip("dask.distributed", reason="dask is not installed: pip install fvv[dask]")
     printed = example("with_dask", eight_frames, tmp_path / "out.fvv")

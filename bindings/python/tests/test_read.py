@@ -120,15 +120,23 @@ def test_indexing(players):
         assert clip[-1].index == 11 and [f.index for f in clip[::5]] == [0, 5, 10]
         assert clip[3:3] == [] and [f.index for f in clip[-2:]] == [10, 11]
         for index in (12, -13, 10**30):
-            with pytest.raises(IndexError):
+            with pytest.raises(
+                IndexError, match=f"there is no frame {index}: the clip has 12 frames, 0 to 11, or -12 to -1"
+            ):
                 clip[index]
         with pytest.raises(TypeError):
             clip["1"]
         assert [f.time for f in clip[:3]] == [0, 0.04, 0.08]
         assert clip.at(0.1).index == 2 and clip.at(Fraction(1, 25)).index == 1 and clip.at(0.4799).index == 11
         for seconds in (-0.01, 0.48, 1e9):
-            with pytest.raises(fvv.UsageError):
+            with pytest.raises(fvv.UsageError, match="the clip is from 0 s to before 0.48 s"):
                 clip.at(seconds)
+        for seconds in (float("nan"), float("inf"), "1.5x"):
+            with pytest.raises(fvv.UsageError, match="expected seconds, a finite number"):
+                clip.at(seconds)
+    empty = ROOT / "conformance/tiny/empty.fvv"
+    with fvv.open(empty) as clip, pytest.raises(IndexError, match="there is no frame 0: the clip has none"):
+        clip[0]
 
 
 # Cameras.
