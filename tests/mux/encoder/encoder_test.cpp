@@ -160,7 +160,7 @@ std::string groups_in(const fvv_stream *file) {
   return out;
 }
 
-// stage: a mesh for each x. Options::group is 4.
+// stage: a mesh for each x, and a frame that is missing for each dot. Options::group is 4.
 std::string staged(const std::string &stage, bool pictures, const std::string &path) {
   std::string bytes;
   mux::Configuration configuration = two_cameras();
@@ -171,6 +171,10 @@ std::string staged(const std::string &stage, bool pictures, const std::string &p
     bytes.append(static_cast<const char *>(part), size);
   });
   for (size_t i = 0; i < stage.size(); i++) {
+    if (stage[i] == '.') {
+      encoder.skip();
+      continue;
+    }
     mux::Frame frame = frame_of(int(i), 4);
     if (stage[i] != 'x') frame.mesh = {};
     if (!pictures) frame.pictures.clear();
@@ -213,6 +217,24 @@ TEST_CASE("frames without a mesh: the stage is empty, and nothing before it last
     CHECK_THROWS_WITH(staged("---", true, path),
                       "encoder: expected a frame with a mesh before finish(), found none");
   }
+}
+
+TEST_CASE("frames that are missing take their time, and nothing else") {
+  const Folder folder;
+  const std::string path = folder.path("out.fvv");
+  CHECK(staged("xx.xx.x", true, path) == "0..4 3, 4..7 2: 0x 1x 3x 4x 6x");
+  CHECK(staged("xxx.x", true, path) == "0..4 3, 4..5 1: 0x 1x 2x 4x"); // a group of three ends in time
+  // Of the time between two groups nothing is known, unless the stage is known to be empty.
+  CHECK(staged("xxxx..xx", true, path) == "0..4 4, 6..8 2: 0x 1x 2x 3x 6x 7x");
+  CHECK(staged("xxxx-.xx", false, path) == "0..4 4, 4..8 2: 0x 1x 2x 3x 6x 7x");
+  CHECK(staged("....xx", true, path) == "0..6 2: 4x 5x");
+  CHECK_THROWS_WITH(staged("...", true, path),
+                    "encoder: expected a frame with a mesh before finish(), found none");
+  mux::Configuration pictures = two_cameras();
+  pictures.meshes = false;
+  mux::Encoder encoder(pictures, jpeg_options(), [](const void *, size_t) {});
+  encoder.skip();
+  CHECK_THROWS_WITH(encoder.finish(), "encoder: expected at least one frame before finish()");
 }
 
 TEST_CASE("an index out of range is refused with frame and element, and no stream is finished") {

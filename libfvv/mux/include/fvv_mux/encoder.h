@@ -115,6 +115,10 @@ public:
   // whatever sink throws; the stream has to be given up then.
   void add(Frame frame);
 
+  // The next frame is missing: its time passes, and the frame before it lasts until the next one or the end
+  // of its group. Samples of encoded tracks that follow must not need it.
+  void skip();
+
   // Writes what is left, index and footer. At least one frame was added.
   Report finish();
 

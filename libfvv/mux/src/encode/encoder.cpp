@@ -296,9 +296,21 @@ void Encoder::add(Frame frame) {
   if (s.added % s.group_size == 0 && s.pending) s.end_group(s.added);
 }
 
+void Encoder::skip() {
+  State &s = *state;
+  s.observer.check_cancelled();
+  s.description().frames.left_out.push_back(int64_t(s.added));
+  s.added++;
+  // Nothing lasts from the group before: of the time until the next frame nothing is known.
+  if (!s.pending && (s.had_mesh || !s.configuration.meshes)) s.next.start = int64_t(s.added);
+  if (s.added % s.group_size == 0 && s.pending) s.end_group(s.added);
+}
+
 Report Encoder::finish() {
   State &s = *state;
-  if (!s.added) throw Error("encoder: expected at least one frame before finish()", Error::usage);
+  const bool has_frame = s.plan || s.pending;
+  if (!s.added || (!s.configuration.meshes && !has_frame))
+    throw Error("encoder: expected at least one frame before finish()", Error::usage);
   if (s.configuration.meshes && !s.met_mesh)
     throw Error("encoder: expected a frame with a mesh before finish(), found none", Error::usage);
   if (s.pending) s.end_group(s.added);
