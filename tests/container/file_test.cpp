@@ -91,6 +91,51 @@ TEST_CASE("every chunk is reached through the index") {
   CHECK(fvv_file_group_chunks(f.file, 3, &chunks, &count, &f.diagnostic) == FVV_ERROR_ARGUMENT);
 }
 
+TEST_CASE("bytes after the footer are not read, however many there are") {
+  // A stream, and zeros up to size.
+  struct Sparse {
+    Bytes stream;
+    uint64_t size, read = 0;
+    static fvv_status read_at(void *user, uint64_t offset, void *out, size_t count) {
+      auto *self = static_cast<Sparse *>(user);
+      REQUIRE(offset + count <= self->size);
+      self->read += count;
+      for (size_t i = 0; i < count; i++)
+        static_cast<uint8_t *>(out)[i] = offset + i < self->stream.size() ? self->stream[offset + i] : 0;
+      return FVV_OK;
+    }
+  };
+  for (const bool damaged : {false, true})
+    for (const uint64_t more :
+         {uint64_t(1), uint64_t(8), uint64_t(65'000), uint64_t(66'000), uint64_t(64) << 30}) {
+      INFO(more << " bytes follow, the first frame is damaged: " << damaged);
+      Sparse sparse = {small_stream(3, true, true), 0};
+      const size_t end = sparse.stream.size();
+      sparse.size = end + more;
+      if (damaged) sparse.stream[chunk_offsets(sparse.stream)[6] + 33] ^= 4;
+      const fvv_input input = {Sparse::read_at, &sparse, sparse.size};
+      fvv_file *file = nullptr;
+      fvv_diagnostic diagnostic = {};
+      REQUIRE(fvv_file_open(&input, nullptr, nullptr, &file, &diagnostic) == FVV_OK);
+      CHECK(sparse.read < 3 * 65536 + (1 << 18) + 2 * end);
+      CHECK(fvv_file_index_state(file) == FVV_INDEX_PRESENT);
+      CHECK(fvv_file_group_count(file) == 3);
+      REQUIRE(fvv_file_damage_count(file) == 1);
+      CHECK(fvv_file_damage(file, 0)->issue == FVV_ISSUE_TRAILING);
+      CHECK(fvv_file_damage(file, 0)->offset == end);
+      fvv_file_close(file);
+    }
+  // The index of a second stream is no part of the first, and one that is lost is rebuilt up to the footer.
+  const Bytes stream = small_stream(2);
+  Opened joined(join({stream, small_stream(3)}));
+  CHECK(joined.payloads() == expected(4));
+  Bytes lost = join({stream, Bytes(100'000)});
+  lost[lost.size() - 100'000 - 56 - 8] ^= 4; // of INDX
+  Opened rebuilt(lost);
+  CHECK(fvv_file_index_state(rebuilt.file) == FVV_INDEX_REBUILT);
+  CHECK(rebuilt.payloads() == expected(4));
+}
+
 TEST_CASE("a damaged configuration block is replaced by a repetition of it") {
   const Bytes stream = small_stream(3, true, true);
   const auto offsets = chunk_offsets(stream);

@@ -97,6 +97,7 @@ info::Report inspect(const std::string &path, const info::Options &options) {
   info::Input input;
   input.name = source.shown();
   input.seekable = true;
+  input.size = source.size();
   input.read = [&](uint8_t *out, size_t most) {
     const size_t n = source.read(out, most);
     if (n == most) progress->step(most >> 20);

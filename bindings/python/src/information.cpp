@@ -18,6 +18,7 @@ py::str inspect(const py::object &object, const std::string &name, bool decode, 
   info::Input input;
   input.name = source.name();
   input.seekable = true;
+  input.size = bytes.size;
   input.read = [&](uint8_t *out, size_t most) {
     const size_t n = size_t(std::min<uint64_t>(most, bytes.size - at));
     if (n) require(bytes.read_at(bytes.user, at, out, n), {}, source.name());

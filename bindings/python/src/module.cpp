@@ -38,6 +38,11 @@ void read_all(const InputFile &file, fvv_checker *checker) {
       const size_t part = size_t(std::min<uint64_t>(block.size(), input.size - at));
       require(input.read_at(input.user, at, block.data(), part), {}, file.path());
       status = fvv_checker_push(checker, block.data(), part);
+      // What follows the footer is counted alone.
+      if (status >= 0 && fvv_checker_summary(checker)->has_footer && at + part < input.size) {
+        status = fvv_checker_push(checker, nullptr, size_t(input.size - at - part));
+        break;
+      }
     }
     if (status >= 0) status = fvv_checker_finish(checker);
     if (status < 0 && status > FVV_ERROR_DAMAGED) require(status, {}, file.path());

@@ -1,8 +1,10 @@
 """Damage, limits, errors, and push reading: by examples and by hypothesis."""
 
 import json
+import os
 import pickle
 import struct
+import time
 
 import fvv
 import hypothesis
@@ -30,6 +32,26 @@ def flipped(content, at, bit=0):
 def positions_of(content):
     with fvv.open(content) as clip:
         return {f.number: f.mesh.lattice.tobytes() if f.mesh else None for f in clip}
+
+
+def test_64_gib_after_the_footer_cost_nothing(tmp_path):
+    path = tmp_path / "sparse.fvv"
+    path.write_bytes(FIELD)
+    for size in (len(FIELD) + 1, len(FIELD) + 70_000, 64 << 30):
+        os.truncate(path, size)
+        begin = time.monotonic()
+        with fvv.open(path) as clip:
+            found = {f.number: f.mesh.lattice.tobytes() for f in clip}
+            problems = clip.problems
+        checked = fvv.check(path)
+        printed = json.loads(tool("fvvinfo", "--json", path, code=1))["files"][0]
+        # All of them were read before, which takes minutes.
+        assert time.monotonic() - begin < 20
+        assert found == positions_of(FIELD)
+        assert [(p.issue, p.offset) for p in problems] == [(1303, len(FIELD))]
+        assert [(p.issue, p.offset) for p in checked.problems] == [(1303, len(FIELD))]
+        assert checked.bytes == printed["bytes"] == size and checked.complete and not checked.ok
+        assert [p["issue"] for p in printed["problems"]] == ["FVV-1303"]
 
 
 # Errors.

@@ -62,7 +62,11 @@ Survey::Survey(const InputFile &file, const fvv_limits *limits, const NeedsTrack
   fvv_frames_event event;
   fvv_status status = FVV_OK;
   const auto drain = [&] {
-    while ((status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
+    while ((status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) {
+      take(event);
+      // What follows the footer is no part of the stream.
+      if (event.kind == FVV_FRAMES_END) return false;
+    }
     return status == FVV_NEED_DATA;
   };
   const auto read = [&] {

@@ -244,7 +244,8 @@ typedef struct fvv_check_summary {
 FVV_API FVV_MUST_USE fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits *limits,
                                                    const fvv_allocator *allocator, fvv_checker **checker);
 FVV_API void fvv_checker_destroy(fvv_checker *checker);
-/* FVV_OK, or the final error after which further bytes are ignored; it is a problem as well. */
+/* FVV_OK, or the final error after which further bytes are ignored; it is a problem as well. Once the
+ * summary has_footer, further bytes are one problem and are only counted: bytes may be NULL. */
 FVV_API fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size);
 /* No more bytes will come. FVV_NEED_DATA: groups counted as lost because their configuration block is damaged
  * or lost, and an intact repetition of it came later. A caller that can push the same bytes again, from the

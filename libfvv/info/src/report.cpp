@@ -31,6 +31,10 @@ void read_all(const Input &input, Report &report) {
     report.status = fvv_checker_push(checker, bytes.data(), n);
     if (report.status < 0) break;
     const fvv_check_summary &summary = report.summary();
+    if (summary.has_footer && input.size > summary.bytes) {
+      report.status = fvv_checker_push(checker, nullptr, size_t(input.size - summary.bytes));
+      break;
+    }
     if (input.settle && summary.whole_frames && summary.whole_frames == summary.frames) input.settle();
   }
   if (report.status >= 0) report.status = fvv_checker_finish(checker);

@@ -71,6 +71,7 @@ typedef struct scan_state {
   fvv_bytes index;  /* fvv_index_entry of an intact INDX chunk */
   fvv_bytes blocks; /* of that chunk: fvv_index_block */
   uint64_t configuration_offset;
+  uint64_t end;    /* after a valid FOOT: the stream ends there; 0: none came */
   uint32_t digest; /* of the block that is read */
   int in_block, whole_file;
 } scan_state;
@@ -206,6 +207,10 @@ static fvv_status scan_events(scan_state *s, fvv_reader *reader, fvv_diagnostic 
       status = take_chunk(s, &event);
     else if (event.kind == FVV_EVENT_DAMAGE)
       status = take_damage(s, &event);
+    else if (event.kind == FVV_EVENT_END && s->whole_file) {
+      s->end = event.offset;
+      return FVV_END;
+    }
     if (status < 0) return fvv_fail(diagnostic, status, 0, 0, event.offset, "%s", fvv_status_text(status));
   }
   return status;
@@ -218,7 +223,7 @@ static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_
   if (status < 0) return fvv_fail(diagnostic, status, 0, 0, offset, "out of memory");
   f->buffer.size = 0;
   status = fvv_bytes_reserve(&f->buffer, BLOCK_SIZE);
-  for (uint64_t done = 0; done < size && status >= 0;) {
+  for (uint64_t done = 0; done < size && status >= 0 && !s->end;) {
     const size_t part = size - done < BLOCK_SIZE ? (size_t)(size - done) : BLOCK_SIZE;
     if (f->input.read_at(f->input.user, offset + done, f->buffer.data, part) != FVV_OK)
       status = fvv_fail(diagnostic, FVV_ERROR_IO, 0, 0, offset + done, "cannot read %zu bytes at 0x%llx",
@@ -227,7 +232,7 @@ static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_
       status = scan_events(s, reader, diagnostic);
     done += part;
   }
-  if (status >= 0) {
+  if (status >= 0 && !s->end) {
     fvv_reader_finish(reader);
     status = scan_events(s, reader, diagnostic);
   }
@@ -296,16 +301,21 @@ static fvv_status join_index(fvv_file *f, const fvv_bytes *index) {
   return status;
 }
 
-/* Reads the whole stream and fills entries, scanned and damage. */
-static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
+static void forget_lists(fvv_file *f) {
+  f->entries.size = f->listed.size = f->damage.size = 0;
+  f->scanned.chunks.size = f->scanned.unlisted.size = 0;
+}
+
+/* Reads the whole stream, fills entries, scanned and damage. *end: after a valid FOOT, 0: there is none. */
+static fvv_status rebuild(fvv_file *file, uint64_t *end, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  file->entries.size = file->listed.size = file->damage.size = 0;
-  file->scanned.chunks.size = file->scanned.unlisted.size = 0;
-  scan_state state = {
-      file, &file->scanned, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 1};
+  forget_lists(file);
+  scan_state state = {.file = file, .found = &file->scanned, .whole_file = 1};
+  state.index.allocator = state.blocks.allocator = file->allocator;
   fvv_status status = scan_range(&state, 0, file->input.size, diagnostic);
+  *end = state.end;
   if (status == FVV_OK) {
-    close_open_group(file, file->input.size);
+    close_open_group(file, state.end ? state.end : file->input.size);
     status = join_index(file, &state.index);
   }
   fvv_bytes_free(&state.index);
@@ -319,7 +329,7 @@ static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
 static fvv_status scan_group(fvv_file *file, const fvv_group_info *group, fvv_file_table *table,
                              fvv_diagnostic *diagnostic) {
   fvv_bytes *chunks = &table->chunks;
-  scan_state state = {file, table, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 0};
+  scan_state state = {.file = file, .found = table};
   chunks->size = 0;
   const fvv_status status = scan_range(&state, group->offset, group->size, diagnostic);
   const fvv_chunk_info *chunk = (const fvv_chunk_info *)chunks->data;
@@ -354,6 +364,74 @@ static fvv_status load_index(fvv_file *f, fvv_diagnostic *diagnostic) {
   return status;
 }
 
+/* Where bytes follow the footer it is among these last ones, or found by scanning from the front. */
+enum { TAIL_SIZE = 1 << 16 };
+
+/* *end: of the last FOOT in the tail whose file_size is where it ends; 0: there is none. */
+static fvv_status search_footer(fvv_file *f, uint64_t *end, fvv_diagnostic *diagnostic) {
+  const size_t extent = (size_t)fvv_chunk_extent(FVV_FOOT_SIZE);
+  const size_t size = f->input.size < TAIL_SIZE ? (size_t)f->input.size : TAIL_SIZE;
+  const uint64_t begin = f->input.size - size;
+  *end = 0;
+  f->buffer.size = 0;
+  fvv_status status = fvv_bytes_reserve(&f->buffer, TAIL_SIZE);
+  if (status < 0) return fvv_fail(diagnostic, status, 0, 0, begin, "out of memory");
+  status = read_bytes(f, begin, f->buffer.data, size, diagnostic);
+  for (size_t at = size < extent ? 0 : size - extent + 1; status == FVV_OK && !*end && at-- > 0;) {
+    const uint8_t *bytes = f->buffer.data + at, *payload = bytes + FVV_CHUNK_HEADER_SIZE;
+    fvv_chunk_header header;
+    if (fvv_header_read(&header, bytes) && header.type == FVV_CHUNK_FOOTER && header.size == FVV_FOOT_SIZE &&
+        fvv_crc32c(0, payload, FVV_FOOT_SIZE) == header.payload_crc &&
+        fvv_get_u64(payload + FVV_FOOT_FILE_SIZE) == begin + at + extent)
+      *end = begin + at + extent;
+  }
+  return status;
+}
+
+/* Nothing after the end of the stream is looked at. */
+static fvv_status end_early(fvv_file *f, uint64_t end) {
+  fvv_diagnostic trailing = {0};
+  fvv_fail(&trailing, FVV_ERROR_DAMAGED, FVV_ISSUE_TRAILING, 0, end, "bytes follow the footer");
+  f->input.size = end;
+  return fvv_bytes_append(&f->damage, &trailing, sizeof trailing);
+}
+
+static int is_final(fvv_status status) {
+  return status == FVV_ERROR_MEMORY || status == FVV_ERROR_LIMIT || status == FVV_ERROR_IO;
+}
+
+/* As load_index, where bytes follow the footer, too. */
+static fvv_status find_index(fvv_file *f, fvv_diagnostic *diagnostic) {
+  fvv_status status = load_index(f, diagnostic);
+  if (status == FVV_OK || is_final(status)) return status;
+  uint64_t end;
+  fvv_diagnostic_clear(diagnostic);
+  const fvv_status searched = search_footer(f, &end, diagnostic);
+  if (searched < 0) return searched;
+  if (!end || end == f->input.size) return status;
+  const uint64_t size = f->input.size;
+  f->input.size = end;
+  status = load_index(f, diagnostic);
+  if (status == FVV_OK) return end_early(f, end);
+  f->input.size = size;
+  return status;
+}
+
+static fvv_status rebuild_index(fvv_file *f, fvv_diagnostic *diagnostic) {
+  uint64_t end;
+  fvv_status status = rebuild(f, &end, diagnostic);
+  if (status < 0 || !end || end == f->input.size) return status;
+  /* The footer is far before the end of the file. */
+  forget_lists(f);
+  f->input.size = end;
+  status = load_index(f, diagnostic);
+  if (status == FVV_OK)
+    f->index_state = FVV_INDEX_PRESENT;
+  else if (!is_final(status))
+    status = rebuild(f, &end, diagnostic);
+  return status < 0 ? status : end_early(f, end);
+}
+
 static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
   uint8_t header[FVV_FILE_HEADER_SIZE];
   if (f->input.size < sizeof header)
@@ -363,13 +441,13 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
   if (status == FVV_OK) status = fvv_file_header_check(header, diagnostic);
   if (status < 0) return status;
   fvv_diagnostic why = {0};
-  status = load_index(f, &why);
-  if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_LIMIT || status == FVV_ERROR_IO) {
+  status = find_index(f, &why);
+  if (is_final(status)) {
     if (diagnostic) *diagnostic = why;
     return status;
   }
   f->index_state = status == FVV_OK ? FVV_INDEX_PRESENT : FVV_INDEX_REBUILT;
-  if (status < 0) status = rebuild(f, diagnostic);
+  if (status < 0) status = rebuild_index(f, diagnostic);
   if (status < 0) return status;
   const size_t size = group_count(f) * sizeof(fvv_file_table *);
   status = fvv_bytes_reserve(&f->tables, size);

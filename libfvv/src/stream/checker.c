@@ -391,6 +391,8 @@ struct fvv_checker {
   int frame_counted; /* the current time is a frame, and counted */
   int frame_good;    /* no chunk of the current frame was found wrong */
   fvv_status failed; /* the final error */
+  uint64_t end;      /* has_footer: of the stream */
+  int trailing;      /* bytes after it are reported */
   uint32_t digest;   /* of the configuration, from the last GRUP */
   int64_t group_end; /* from the last GRUP */
 };
@@ -443,6 +445,8 @@ static fvv_status restart(fvv_checker *c) {
   reset_tracks(c);
   c->problems.size = c->runs.size = 0;
   memset(&c->summary, 0, sizeof c->summary);
+  c->end = 0;
+  c->trailing = 0;
   c->configuration = NULL;
   c->frame_good = 0;
   c->block = 0;
@@ -707,10 +711,20 @@ static fvv_status take_event(fvv_checker *c, const fvv_frames_event *event) {
     return problem(c, &event->diagnostic);
   case FVV_FRAMES_END:
     c->summary.has_footer = 1;
+    c->end = event->offset;
     return FVV_OK;
   default:
     return FVV_OK;
   }
+}
+
+/* What follows the footer is no part of the stream, and not looked at. */
+static fvv_status report_trailing(fvv_checker *c) {
+  fvv_diagnostic trailing = {0};
+  if (c->trailing || c->summary.bytes <= c->end) return FVV_OK;
+  c->trailing = 1;
+  fvv_fail(&trailing, FVV_ERROR_DAMAGED, FVV_ISSUE_TRAILING, 0, c->end, "bytes follow the footer");
+  return problem(c, &trailing);
 }
 
 static fvv_status pull(fvv_checker *c) {
@@ -725,6 +739,7 @@ static fvv_status pull(fvv_checker *c) {
                fvv_status_text(status));
       break;
     }
+    if (c->summary.has_footer) return report_trailing(c);
   }
   if (status >= 0) return FVV_OK;
   c->failed = status;
@@ -737,6 +752,7 @@ fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size
   if (checker->reads_again) (void)restart(checker);
   checker->summary.bytes += size;
   if (checker->failed) return checker->failed;
+  if (checker->summary.has_footer) return report_trailing(checker);
   const fvv_status status = fvv_frames_push(checker->frames, bytes, size);
   return status < 0 ? (checker->failed = status) : pull(checker);
 }
@@ -744,7 +760,7 @@ fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size
 fvv_status fvv_checker_finish(fvv_checker *checker) {
   if (!checker->failed) {
     fvv_frames_finish(checker->frames);
-    checker->failed = pull(checker);
+    if (!checker->summary.has_footer) checker->failed = pull(checker);
   }
   if (checker->failed) return checker->failed;
   if (!checker->summary.has_footer) checker->summary.truncated = 1;

@@ -22,6 +22,7 @@ struct Options {
 struct Input {
   std::string name;      // as the user wrote it
   bool seekable = false; // rewind works
+  uint64_t size = 0;     // bytes in all: then those after the footer are not read; 0: not known
   std::function<size_t(uint8_t *, size_t)>
       read;                     // into a buffer of that many bytes; returns how many, 0 at the end
   std::function<bool()> rewind; // to the front; false: not possible
