@@ -84,7 +84,7 @@ __all__ = [
 def open(source: Readable, *, rung: int = 0, limits: Limits | None = None) -> Clip:  # noqa: A001
     """Opens a stream for reading.
 
-    source: a path; bytes or another object with the buffer protocol, such as an mmap, which is not copied; a binary file
+    source: a path; a URL of http or https, of which the ranges that are needed are fetched; bytes or another object with the buffer protocol, such as an mmap, which is not copied; a binary file
     object that can seek; or an object with `size` and `read_at(offset, size)`, which is called for the bytes that are needed
     and no others.
     rung: which quality to read, 0 the best; a number beyond the last names the last.

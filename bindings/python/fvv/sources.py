@@ -8,6 +8,7 @@ import pickle
 from typing import Any, BinaryIO, Protocol
 
 from .errors import UsageError
+from .remote import RemoteFile, is_url
 
 
 class ReadAt(Protocol):
@@ -22,7 +23,7 @@ class ReadAt(Protocol):
         """Exactly size bytes from offset, as bytes or another object with the buffer protocol."""
 
 
-#: A path, bytes or anything with the buffer protocol (mmap too), a binary file object, or a `ReadAt`.
+#: A path or a URL of http or https, bytes or anything with the buffer protocol (mmap too), a binary file object, or a `ReadAt`.
 Readable = Any
 
 
@@ -50,8 +51,12 @@ class Source:
 
     def __init__(self, given: Readable) -> None:
         self._given = given
-        #: Which file a path leads to: a process that opens it again may find another.
-        self._file: tuple[int, ...] | None = None
+        #: Which file a path or URL leads to: a process that opens it again may find another.
+        self._file: tuple[object, ...] | None = None
+        if isinstance(given, str) and is_url(given) and not os.path.exists(given):
+            self.core: Any = RemoteFile(given)
+            self.name, self._file = given, self.core.identity
+            return
         if isinstance(given, (str, os.PathLike)):
             path: str = os.fspath(given)
             if os.path.exists(path) and not os.path.isfile(path):
@@ -59,8 +64,7 @@ class Source:
             with open(path, "rb") as file:  # for the usual exceptions
                 self._file = _identity(os.fstat(file.fileno()))
             self._given = os.path.abspath(path)
-            self.core: Any = path
-            self.name = path
+            self.core, self.name = path, path
             return
         self.core, self.name = given, "bytes"
         try:
@@ -83,11 +87,12 @@ class Source:
         """The same source in a process that was forked from the one that opened it. Only what has no position and no
         connection is shared."""
         if isinstance(self._given, str):
-            if self._file != _identity(os.stat(self._given)):
+            found = Source(self._given)
+            if self._file != found._file:
                 raise UsageError(
                     f"{self.name}: was replaced after it was opened: open it in this process", file=self.name
                 )
-            return Source(self._given)
+            return found
         if self.name == "bytes":
             return Source(self._given)
         return Source(pickle.loads(self._pickled("is shared by processes after a fork")))
@@ -121,7 +126,7 @@ def opened_elsewhere(portable: Readable) -> Readable:
     return pickle.loads(portable.data) if isinstance(portable, _Pickled) else portable
 
 
-def _identity(status: os.stat_result) -> tuple[int, ...]:
+def _identity(status: os.stat_result) -> tuple[object, ...]:
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
