@@ -1,4 +1,4 @@
-"""What moved between OpenCV 4.10 and 5, and its failures as errors that name the file and the frame."""
+"""What moved between OpenCV 4.7 and 5, and its failures as errors that name the file and the frame."""
 
 from __future__ import annotations
 
@@ -63,3 +63,12 @@ def fisheye_flag(name: str) -> int:
     """A flag of cv2.fisheye.calibrate; since 5.0 it shares those of cv2.calibrateCamera."""
     flags = cv2.fisheye if hasattr(cv2.fisheye, name) else cv2
     return int(getattr(flags, name))
+
+
+def sift(features: int, contrast: float) -> tuple[Any, float]:
+    """A detector, and by how much its places are too large on both axes, in pixels: OpenCV enlarges the picture for fine features,
+    which moves them by a quarter of a pixel unless that is corrected, as it can be since 4.8."""
+    options = {"nfeatures": features, "contrastThreshold": contrast}
+    if "enable_precise_upscale" in cv2.SIFT_create.__doc__:
+        return cv2.SIFT_create(**options, enable_precise_upscale=True), 0.0
+    return cv2.SIFT_create(**options), 0.25

@@ -74,29 +74,66 @@ class Board:
 
     def picture(self, pixels_per_square: int) -> Bytes:
         """(rows, columns) times pixels_per_square, grey: the board as it is printed, without a margin."""
-        size = (self.columns * pixels_per_square, self.rows * pixels_per_square)
-        if self.dictionary is not None:
-            drawn: Bytes = self._charuco().generateImage(size, marginSize=0, borderBits=1)
+        y, x = (
+            numpy.indices((self.rows * pixels_per_square, self.columns * pixels_per_square))
+            // pixels_per_square
+        )
+        drawn = numpy.where((x + y) % 2 == self._first_black, 0, 255).astype(numpy.uint8)
+        if self.dictionary is None:
             return drawn
-        y, x = numpy.indices(size[::-1]) // pixels_per_square
-        return numpy.where((x + y) % 2 == 0, 0, 255).astype(numpy.uint8)
+        # In the middle to the pixel: how far a corner is from the markers beside it moves what cameras see of it.
+        margin = round((1 - self.marker / self.square) / 2 * pixels_per_square)
+        side = pixels_per_square - 2 * margin
+        for word, (x, y) in enumerate(self._white_squares() * pixels_per_square + margin):
+            drawn[y : y + side, x : x + side] = cv2.aruco.generateImageMarker(self._words(), word, side)
+        return drawn
 
     def detect(self, grey: Bytes) -> Corners | None:
         """The corners of the board in a picture; None if there are fewer than FEWEST_CORNERS. grey: (height, width).
 
-        ChArUco: cv2.aruco.CharucoDetector, whose corners are refined to a part of a pixel. Chessboard: the sector-based
+        ChArUco: a corner is where the homography of the two markers beside it has it, then refined to a part of a pixel.
+        cv2.aruco.CharucoDetector does the same, but crashes with parameters in OpenCV 4.7. Chessboard: the sector-based
         detector of Duda and Frese (2018), which refines them as well; all corners must be seen."""
         if self.dictionary is None:
             return self._detect_chessboard(grey)
-        detector = cv2.aruco.CharucoDetector(
-            self._charuco(), cv2.aruco.CharucoParameters(), _detection(grey.shape)
-        )
-        corners, ids, _, _ = detector.detectBoard(grey)
-        if ids is None or len(ids) < FEWEST_CORNERS:
+        places, outlines = self._detect_markers(grey)
+        points = self.points / self.square
+        ids, corners = [], []
+        for corner, point in enumerate(points[:, :2]):
+            beside = (numpy.abs(places.mean(axis=1) - point) < 1).all(axis=1)
+            if beside.sum() < 2:
+                continue
+            to_picture, _ = cv2.findHomography(places[beside].reshape(-1, 2), outlines[beside].reshape(-1, 2))
+            if to_picture is None:
+                continue
+            ids.append(corner)
+            corners.append(cv2.perspectiveTransform(point.reshape(1, 1, 2), to_picture).reshape(2))
+        if len(ids) < FEWEST_CORNERS:
             return None
-        pixels = refine(grey, self.points[ids.reshape(-1)] / self.square, corners.reshape(-1, 2))
-        found = Corners(ids.reshape(-1).astype(numpy.int64), pixels + 0.5)
+        pixels = refine(grey, points[ids], numpy.array(corners))
+        found = Corners(numpy.array(ids), pixels + 0.5)
         return found if _spans_plane(self.points[found.ids]) else None
+
+    def _detect_markers(self, grey: Bytes) -> tuple[Floats, Floats]:
+        """(markers, 4, 2) in squares on the board, and pixels in the picture, the centre of the top left pixel at 0."""
+        detector = cv2.aruco.ArucoDetector(self._words(), _detection(grey.shape))
+        outlines, found, _ = detector.detectMarkers(grey)
+        ids = numpy.zeros(0, int) if found is None else found.reshape(-1)
+        white = self._white_squares() + 0.5
+        half = self.marker / self.square / 2
+        around = half * numpy.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        places, pixels = [], []
+        for word in sorted(set(ids[ids < len(white)])):
+            # One for each threshold, or a reflection too.
+            seen = numpy.array([outlines[i] for i in numpy.flatnonzero(ids == word)], numpy.float64)
+            seen = seen.reshape(-1, 4, 2)
+            outline = numpy.median(seen, axis=0)
+            side = numpy.linalg.norm(outline[1] - outline[0])
+            if numpy.abs(seen - outline).max() < 0.25 * side:
+                places.append(white[word] + around)
+                pixels.append(outline)
+        shape = (-1, 4, 2)
+        return numpy.array(places).reshape(shape), numpy.array(pixels).reshape(shape)
 
     def _detect_chessboard(self, grey: Bytes) -> Corners | None:
         found, corners = cv2.findChessboardCornersSB(
@@ -132,10 +169,16 @@ class Board:
             raise UsageError(f"dictionary: expected one of {known}, found {self.dictionary}")
         return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name))
 
-    def _charuco(self) -> Any:
-        board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, self.marker, self._words())
-        board.setLegacyPattern(self.legacy)
-        return board
+    @property
+    def _first_black(self) -> int:
+        """Of the first row: 1 in the legacy pattern of an even number of rows, which begins with a marker."""
+        return int(self.legacy and self.rows % 2 == 0)
+
+    def _white_squares(self) -> NDArray[numpy.int64]:
+        """(squares, 2) columns and rows, in the order of their markers."""
+        y, x = numpy.indices((self.rows, self.columns))
+        white: NDArray[numpy.int64] = numpy.stack([x, y], axis=-1)[(x + y) % 2 != self._first_black]
+        return white
 
 
 def parse_board(
@@ -202,6 +245,8 @@ def _detection(shape: tuple[int, ...]) -> Any:
     parameters = cv2.aruco.DetectorParameters()
     parameters.minMarkerPerimeterRate = min(0.03, 40 / max(shape))
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
+    # Before OpenCV 4.9 markers that are close to another outline are dropped by more than this.
+    parameters.minMarkerDistanceRate = 0.005
     return parameters
 
 

@@ -11,7 +11,7 @@ from fvv.errors import Error, UsageError
 from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
-from ..opencv import cv2, named, quiet
+from ..opencv import cv2, named, quiet, sift
 from .calibration import FEWEST_STILL, CalibratedCamera, Calibration, Moment, Progress
 from .lenses import Lens
 from .poses import Pose
@@ -150,13 +150,12 @@ def _features(grey: Bytes) -> tuple[Floats, NDArray[numpy.float32]]:
     """(features, 2) pixels, the centre of the first at 0.5, and their descriptors (features, 128).
 
     With the square roots of SIFT's numbers the Euclidean distance is Hellinger's (Arandjelovic and Zisserman, 2012: RootSIFT)."""
-    # OpenCV enlarges the picture for fine features, which moves them by a quarter of a pixel unless it is corrected.
-    detector = cv2.SIFT_create(nfeatures=FEATURES, contrastThreshold=0.02, enable_precise_upscale=True)
+    detector, off = sift(FEATURES, 0.02)
     points, looks = detector.detectAndCompute(grey, None)
     if looks is None:
         return numpy.zeros((0, 2)), numpy.zeros((0, 128), numpy.float32)
     looks = numpy.sqrt(looks / numpy.maximum(looks.sum(axis=1, keepdims=True), 1e-9)).astype(numpy.float32)
-    return numpy.array([one.pt for one in points]) + 0.5, looks
+    return numpy.array([one.pt for one in points]) - off + 0.5, looks
 
 
 def _landmarks(

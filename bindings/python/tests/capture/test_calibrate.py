@@ -35,7 +35,6 @@ from fvv_capture.calibrate import (  # noqa: E402
 )
 from fvv_capture.calibrate import command as calibrate_command  # noqa: E402
 from fvv_capture.calibrate.adjustment import adjust  # noqa: E402
-from fvv_capture.calibrate.boards import parse_board, refine  # noqa: E402
 from fvv_capture.calibrate.calibration import detect  # noqa: E402
 from fvv_capture.calibrate.files import description, from_description  # noqa: E402
 from fvv_capture.calibrate.lenses import choose  # noqa: E402
@@ -389,20 +388,6 @@ def test_model_is_chosen_by_held_out_views():
             assert 0.04 < compared[expected] < 0.12
 
 
-def test_chessboard_is_not_turned_round():
-    board = Board(8, 5, 0.1)
-    assert not board.ambiguous and Board(8, 6, 0.1).ambiguous
-    generator = numpy.random.default_rng(4)
-    camera = room.look((0, 0, 2), (0, 0, 0), 640, (640, 480))
-    for angle in (0.1, 1.4, 3.0, 4.4):
-        facing = camera.R.T @ cv2.Rodrigues(numpy.array([0, 0, angle]))[0]
-        pose = (facing, -facing @ [0.4, 0.25, 0])
-        found = board.detect(room.render(camera, [room.board_rectangle(board, pose, margin=1)], generator))
-        true = camera.project(board.points @ facing.T + pose[1])
-        assert found is not None
-        assert numpy.linalg.norm(found.pixels - true[found.ids], axis=1).max() < 0.3
-
-
 def test_axes_of_the_world():
     cameras = {one.name: Pose(one.R, one.t) for one in ring()}
     board = lying(CHARUCO)
@@ -441,23 +426,6 @@ def test_distance_gives_the_scale():
         assert after[:2] / after[2] == pytest.approx(before[:2] / before[2])
     with pytest.raises(UsageError, match="distance: expected cameras among"):
         place(cameras, {}, CHARUCO, distance=("cam0", "x", 1.0))
-
-
-@pytest.mark.parametrize(
-    "size, square, marker, dictionary, message",
-    [
-        ("8", 0.1, None, None, "expected COLUMNSxROWS"),
-        ("2x6", 0.1, None, None, "expected 3x3 squares or more, found 2x6"),
-        ("8x6", 0.0, None, None, "square: expected metres"),
-        ("8x6", 0.1, 0.2, "4x4_50", "marker: expected metres between 0"),
-        ("8x6", 0.1, 0.05, None, "a chessboard has none"),
-        ("8x6", 0.1, None, "9x9_1", "dictionary: expected one of"),
-        ("20x20", 0.1, None, "4x4_50", "has 50 markers, expected 200"),
-    ],
-)
-def test_boards_that_are_none(size, square, marker, dictionary, message):
-    with pytest.raises(UsageError, match=message):
-        parse_board(size, square, marker, dictionary)
 
 
 def test_options_that_cannot_be_fulfilled(walk):
@@ -504,19 +472,6 @@ def test_failures_of_opencv_name_file_and_frame(tmp_path, monkeypatch):
     with pytest.raises(Error, match=r"/a: frame 0: OpenCV [45]\.") as caught:
         detect(recordings_of(str(tmp_path)), CHARUCO, Options())
     assert caught.value.file == str(tmp_path / "a") and "\n" not in str(caught.value)
-
-
-def test_corners_outside_the_straightened_picture_are_kept():
-    """Most corners agree on a plane; one that was taken for another is far outside of what is straightened by it."""
-    board = Board(9, 6, 0.12)
-    grey = numpy.pad(board.picture(40), 40, constant_values=255)
-    points = board.points / board.square
-    corners = 40 * points[:, :2] + 39.5
-    wrong = corners.copy()
-    wrong[0] += [4000, 3000]
-    found = refine(grey, points, wrong)
-    assert found[0] == pytest.approx(wrong[0], abs=0.01)
-    assert numpy.abs(found[1:] - corners[1:]).max() < 0.2
 
 
 def run(*arguments):
