@@ -21,7 +21,10 @@ set(FVV_CORE_FOLDERS base container mesh calibration visibility video environmen
 set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_time" "js: vite dev" "js: (player: )?chaos: .*" "js: firefox: .*" "js: player: (endurance|xr)"
   "js: video fallback: (hostile|browser)"
   "charts: (degradations|stability)" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
-  "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)")
+  "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)"
+  # The twin with sanitizers replays them in every run.
+  "fuzz: seeds"
+  "nightly: .*")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
 set(FVV_WHOLE_TESTS "cli: (faults|max_memory|nesting|style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
   "python: (cluster|threads|notebook|examples|capture .*)" "samples" "install: packages?.*" "fuzz: (mutations|amplification)"
@@ -31,7 +34,7 @@ set(FVV_WHOLE_TESTS "cli: (faults|max_memory|nesting|style|sweep|footage|films|t
 # Under sanitizers all but these are nightly: they repeat arithmetic that others cover, at a third of the speed. These read bytes
 # that anybody may have written, or run a tool on them.
 set(FVV_SANITIZED_EXECUTABLES base container mesh colours delta fast stability calibration visibility video environment stream media capture
-  import mux demux failure decimate hull view)
+  import mux demux failure)
 set(FVV_SANITIZED_TESTS "fuzz: .*" "cli: (fvvinfo|fvvrecover|cases|import|segments|sweep|conformance_cases|serve_http|serve_live|animations|hostile|nesting|masks)")
 
 # fvv_areas(SOURCE OUT): the areas of a test by its path below the project's root.
@@ -122,7 +125,9 @@ endfunction()
 # fvv_add_pytest(NAME FILE [TIMEOUT seconds] [ARGUMENTS word...] [ENVIRONMENT NAME=VALUE...]): a file of pytest, or a folder, as an entry.
 function(fvv_add_pytest name file)
   cmake_parse_arguments(TEST "" "TIMEOUT" "ARGUMENTS;ENVIRONMENT" ${ARGN})
-  add_test(NAME ${name} COMMAND ${FVV_PYTHON} -m pytest -q -p no:cacheprovider ${TEST_ARGUMENTS} ${file} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  # Importing hypothesis takes longer than most files do; those that use it need no plugin for that.
+  add_test(NAME ${name} COMMAND ${FVV_PYTHON} -m pytest -q -p no:cacheprovider -p no:hypothesispytest ${TEST_ARGUMENTS} ${file}
+    WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${TEST_TIMEOUT} ENVIRONMENT
     "PYTHONDONTWRITEBYTECODE=1;FVV_EIGHT_FRAMES=${CMAKE_BINARY_DIR}/eight_frames;${TEST_ENVIRONMENT}")
   if(NOT IS_DIRECTORY ${PROJECT_SOURCE_DIR}/${file})

@@ -101,6 +101,16 @@ async function openDevice() {
   return { env: { PULSE_SERVER: `unix:${socket}` }, close };
 }
 
+/** Firefox crashes now and then at its start on a busy machine, before it has a page: it is started once more. */
+async function start(options) {
+  try {
+    return await puppeteer.launch(options);
+  } catch (error) {
+    console.error(`${options.browser} did not start and is started once more: ${error.message.split("\n")[0]}`);
+    return puppeteer.launch(options);
+  }
+}
+
 /**
  * {name, newPage, troubles, close}; troubles: errors and warnings of the pages, including violations of the content policy.
  * sound: with a device, if missingSound finds nothing.
@@ -117,7 +127,7 @@ export async function openBrowser(name = "chromium", { sound = false } = {}) {
   };
   let browser;
   try {
-    browser = await puppeteer.launch({ ...launch, executablePath: path, env });
+    browser = await start({ ...launch, executablePath: path, env });
   } catch (error) {
     screen?.close();
     device?.close();

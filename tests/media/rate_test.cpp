@@ -35,7 +35,7 @@ std::vector<std::vector<uint8_t>> samples_of(const EncodedGroup &group) {
 
 } // namespace
 
-TEST_CASE("a group takes at most its bit rate, and little less, wherever the search begins") {
+TEST_CASE("a group takes at most its bit rate, and little less, wherever the search begins", "[long]") {
   const std::vector<Image> frames = clip(width, height, 25);
   for (const VideoCodec &codec : display_codecs())
     for (const double part : {0.3, 0.6}) {

@@ -336,7 +336,7 @@ TEST_CASE("the chosen quality is the cheapest that reaches the target") {
     }
 }
 
-TEST_CASE("parts of a quality spend what a whole one leaves") {
+TEST_CASE("parts of a quality spend what a whole one leaves", "[long]") {
   // With noise that stays in a part of the picture: libx264 rounds its quantiser block by block, and blocks
   // of which later frames are predicted have one of their own.
   std::vector<Image> frames = clip(width, height, 4);

@@ -119,7 +119,7 @@ Found measure(const fvv_camera &before, const fvv_camera &after, const scene::Un
 
 } // namespace
 
-TEST_CASE("points lie where the camera without lens sees them") {
+TEST_CASE("points lie where the camera without lens sees them", "[long]") {
   std::printf("%-32s %-9s %-8s %-11s %-9s %s\n", "lens", "picture", "degrees", "kept/blank", "worst px",
               "points");
   for (const named_camera &lens : lenses()) {

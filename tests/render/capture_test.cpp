@@ -245,7 +245,7 @@ TEST_CASE("capture.json describes the folder, and meshes project onto masks", "[
   }
 }
 
-TEST_CASE("in the studio meshes project onto masks through the lenses, and not without them", "[long]") {
+TEST_CASE("in the studio meshes project onto masks through the lenses, and not without them", "[nightly]") {
   const Scratch scratch;
   Settings settings;
   settings.rig = RigKind::studio;
@@ -327,7 +327,8 @@ TEST_CASE("the camera that moves is described frame by frame, and its pictures a
   CHECK(moving == 1);
 }
 
-TEST_CASE("pictures with all that makes them real have the same bytes for any number of threads", "[long]") {
+TEST_CASE("pictures with all that makes them real have the same bytes for any number of threads",
+          "[nightly]") {
   const Scratch scratch;
   Settings settings;
   settings.width = 96;

@@ -219,7 +219,7 @@ TEST_CASE("rays from one place are blocked as rays from anywhere are") {
   CHECK(free > 10000);
 }
 
-TEST_CASE("visibility of faces and vertices is what trying all faces finds", "[long]") {
+TEST_CASE("visibility of faces and vertices is what trying all faces finds", "[nightly]") {
   Settings settings = seven_cameras();
   settings.cameras = 2;
   const Scene scene(settings);

@@ -92,7 +92,7 @@ TEST_CASE("no face degenerates or is stretched beyond belief, volumes stay", "[l
   }
 }
 
-TEST_CASE("feet are on the floor, and one of each player's always is", "[long]") {
+TEST_CASE("feet are on the floor, and one of each player's always is", "[nightly]") {
   for (const uint64_t seed : {1u, 2u, 3u}) {
     const Scene scene(small(seed));
     for (int frame = 0; frame < 100; frame++) {

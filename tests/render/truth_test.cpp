@@ -53,7 +53,7 @@ fvv::media::FloatImage depth_of(const std::string &bytes) {
 } // namespace
 
 TEST_CASE("written depth is the distance along the axis of where rays through pixel centres meet triangles",
-          "[long]") {
+          "[nightly]") {
   for (const RigKind rig : {RigKind::small, RigKind::studio}) {
     Recording recording;
     recording.frames = 1;
@@ -130,7 +130,7 @@ TEST_CASE("written depth is Picture.depth bit by bit, with all kinds of meshes",
 }
 
 TEST_CASE("written visibility is that of the written mesh, in NumPy's layout, for any number of threads",
-          "[long]") {
+          "[nightly]") {
   for (const Meshes meshes : {Meshes::tracked, Meshes::remeshed, Meshes::hull}) {
     Recording recording;
     recording.frames = 2;

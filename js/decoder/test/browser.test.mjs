@@ -18,6 +18,8 @@ const { neighbours, tracks: _, ...clips } = made;
 /** Folder and name: some names exist in several folders. */
 const named = (file) => `${basename(dirname(file))}-${basename(file, ".fvv")}`;
 const files = { ...clips, ...Object.fromEntries(conformanceFiles().map((file) => [named(file), file])) };
+/** What the decoder computes is the same in both; Firefox, which takes twice as long, gets every kind of clip from every kind of source. */
+const filesOf = (browser) => (browser === "firefox" ? clips : files);
 
 /** These are also played from WebSockets and segments. */
 const MORE = ["delta", "moving"];
@@ -28,12 +30,12 @@ for (const name of MORE) {
   for (const file of readdirSync(folder)) segments[`${name}/${file}`] = join(folder, file);
 }
 
-async function runPage(browser) {
+async function runPage(browser, played) {
   const { result, post } = awaitPost(120);
-  const server = await serve({ ...files, ...segments, neighbours }, post);
+  const server = await serve({ ...played, ...segments, neighbours }, post);
   const leave = visit(
     browser,
-    `${server.url}/test/page.html?clips=${Object.keys(files).join()}&more=${MORE.join()}&reselect=neighbours`,
+    `${server.url}/test/page.html?clips=${Object.keys(played).join()}&more=${MORE.join()}&reselect=neighbours`,
   );
   try {
     return await result;
@@ -51,10 +53,11 @@ const expected = (name) =>
 
 for (const [name, browser] of Object.entries(browsers)) {
   test(`${name}: the same frames in window and worker`, { skip: missingBrowser(name) }, async () => {
-    const { results, reselected, violations, error } = await runPage(browser);
+    const played = filesOf(name);
+    const { results, reselected, violations, error } = await runPage(browser, played);
     assert.equal(error, undefined);
     assert.deepEqual(violations, []);
-    assert.equal(results.length, 2 * (5 * Object.keys(files).length + 2 * MORE.length));
+    assert.equal(results.length, 2 * (5 * Object.keys(played).length + 2 * MORE.length));
     for (const { worker, track, all, different, same } of reselected) {
       assert.equal(all.length, 3);
       assert.equal(different, 5 * all.length, "identical pictures cannot be distinguished");

@@ -3,7 +3,7 @@
 import pytest
 from conftest import figures, run
 
-SMALL = "--rig", "small", "--cameras", 7, "--size", "192x112", "--frames", 6
+SMALL = "--rig", "small", "--cameras", 7, "--size", "192x112", "--frames", 4
 GOAL = "--view-loss", "0.1dB"
 
 
