@@ -86,4 +86,75 @@ window.measureFirst = async (source) => {
   player.remove();
   return ms;
 };
+
+const refreshed = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+const lumaOf = ({ data }) =>
+  Float32Array.from({ length: data.length / 4 }, (_, i) => {
+    const [r, g, b] = data.subarray(4 * i, 4 * i + 3);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  });
+/** Variance of luma within a window above which it shows the scene; the sky is a smooth gradient. */
+const TEXTURED = 4;
+/**
+ * Structural similarity of two pictures of one size: the mean over windows of 8 by 8 pixels at every fourth in which the second one
+ * has texture.
+ */
+function likeness(one, other) {
+  const WINDOW = 8;
+  const [a, b] = [lumaOf(one), lumaOf(other)];
+  let sum = 0;
+  let count = 0;
+  for (let top = 0; top + WINDOW <= one.height; top += 4)
+    for (let left = 0; left + WINDOW <= one.width; left += 4) {
+      const m = { a: 0, b: 0, aa: 0, bb: 0, ab: 0 };
+      for (let y = top; y < top + WINDOW; y++)
+        for (let x = left; x < left + WINDOW; x++) {
+          const [u, v] = [a[y * one.width + x], b[y * one.width + x]];
+          m.a += u;
+          m.b += v;
+          m.aa += u * u;
+          m.bb += v * v;
+          m.ab += u * v;
+        }
+      for (const name in m) m[name] /= WINDOW ** 2;
+      if (m.bb - m.b ** 2 < TEXTURED) continue;
+      const [c1, c2] = [(0.01 * 255) ** 2, (0.03 * 255) ** 2];
+      const covariance = m.ab - m.a * m.b;
+      const variances = m.aa - m.a ** 2 + m.bb - m.b ** 2;
+      sum += ((2 * m.a * m.b + c1) * (2 * covariance + c2)) / ((m.a ** 2 + m.b ** 2 + c1) * (variances + c2));
+      count++;
+    }
+  return sum / count;
+}
+
+/**
+ * Of a stream with a ladder: milliseconds to its first frame, to the first picture that is seen and the rung of that, and how like
+ * it is to the same view of the finest rung.
+ */
+window.measureGood = async (source) => {
+  const player = new FvvPlayer();
+  player.style.cssText = "width: 960px";
+  document.body.append(player);
+  const began = performance.now();
+  const seen = new Promise((seen, failed) => {
+    player.addEventListener("error", () => failed(new Error(player.error.message)));
+    player.addEventListener("loadeddata", seen);
+  });
+  let coarseMs = null;
+  player.addEventListener("loadedmetadata", () => (coarseMs = performance.now() - began));
+  // What surrounds the surface has no rungs.
+  Object.assign(player, { src: source, environment: false, grid: false });
+  await seen;
+  const ms = performance.now() - began;
+  await refreshed();
+  const first = player._stage.renderer.readPixels();
+  const { playedRung: rung } = player;
+  player.rung = 0;
+  while (player.playedRung !== 0 || player._stage.busy) await refreshed();
+  // The frame comes again after the rung was announced.
+  await new Promise((done) => setTimeout(done, 1500));
+  const ssim = likeness(first, player._stage.renderer.readPixels());
+  player.remove();
+  return { ms, coarseMs, rung, ssim };
+};
 document.documentElement.dataset.ready = "";

@@ -108,7 +108,11 @@ export class FvvPlayer extends ViewpointElement {
       this.addEventListener(type, () => this.#sound.update());
     // After a seek, a step or a movement nothing covers the picture.
     for (const type of ["playing", "seeked"]) this.addEventListener(type, () => (this.wasUsed = true));
-    this.addEventListener("camera-change", ({ detail }) => (this.wasUsed ||= detail.source === "user"));
+    this.addEventListener("camera-change", ({ detail }) => {
+      this.wasUsed ||= detail.source === "user";
+      if (detail.source === "user") this.#media.uncover();
+    });
+    this.addEventListener("framechange", () => this.#uncover());
     this.addEventListener("emptied", () => (this.wasUsed = false));
     this.addEventListener("loadeddata", () => this._beginMoves());
     this.addEventListener("error", () => this._abandonMoves());
@@ -301,14 +305,16 @@ export class FvvPlayer extends ViewpointElement {
       if (!this.#connected) return;
       if (!this._stage) return this.#media.fail(this.#unavailable);
       this._stage.forget();
+      this.#surface.classList.remove("covered");
       this.#showPoster();
       this.#media.load(this._source, { live: this.live, at: this.#bookmarks.place });
     });
   }
   #showPoster() {
     const { poster } = this;
-    if (!this.#poster || this._stage?.empty === false) return;
+    if (!this.#poster || this.readyState >= FvvPlayer.HAVE_CURRENT_DATA) return;
     this.#poster.hidden = !poster;
+    this.#poster.classList.remove("gone");
     if (poster) this.#poster.src = poster;
   }
 
@@ -417,6 +423,8 @@ export class FvvPlayer extends ViewpointElement {
   }
 
   async #show(frame) {
+    // Media decides when the first frame of a ladder is good enough to be seen.
+    if (this.readyState < FvvPlayer.HAVE_CURRENT_DATA && frame.rung > 0) this.#surface.classList.add("covered");
     if (!(await this._stage.show(frame))) return;
     this.#tellScale(frame);
     const { cameras, tracks, rung, configuration, group } = frame;
@@ -439,8 +447,13 @@ export class FvvPlayer extends ViewpointElement {
     return this.#unsupported ? this.#lost : [];
   }
 
+  /** A frame is on screen, and good enough to be seen. */
+  #uncover() {
+    this.#surface.classList.remove("covered");
+    this.#poster.classList.add("gone");
+  }
+
   #begin() {
-    this.#poster.hidden = true;
     const kept = this.#keptPose;
     this.#keptPose = null;
     if (kept) {

@@ -549,6 +549,7 @@ test("a frame that stays on screen is requested again in the best rung that the 
   const media = world.media();
   media.load("clip");
   await world.advance(40);
+  media.uncover();
   media.play();
   await world.advance(400);
   media.pause();
@@ -581,10 +582,68 @@ test("a frame that comes again no better is not shown, and not requested once mo
   await linger(world, 300);
   await linger(world, 600);
   assert.deepEqual(world.numbers(), [0]);
-  assert.equal(world.seeks, 1);
+  assert.equal(world.seeks, 2, "once while it is covered, and once while it stays");
   media.play();
   await world.advance(100);
   assert.deepEqual(world.numbers().slice(0, 2), [1, 2]);
+});
+
+test("the first frame of a ladder is not seen before it has come in the best rung that the network carries", async () => {
+  for (const at of [null, { frame: 3 }]) {
+    const world = new World();
+    world.rung = 2;
+    // What is known of the network grows.
+    const known = [null, null, 1, 0];
+    Object.defineProperty(world, "lastingRung", {
+      get: () => {
+        const [first] = known.length > 1 ? known.splice(0, 1) : known;
+        if (first !== null) world.rung = first;
+        return first;
+      },
+    });
+    const media = world.media();
+    media.autoplay = true;
+    media.load("clip", { at });
+    await world.advance(40);
+    assert.deepEqual(world.shown, [{ number: at?.frame ?? 0, rung: 2, pictures: 1, at: world.shown[0].at }]);
+    assert.ok(!world.take().includes("loadeddata"), "it is covered while nothing is known of the network");
+    assert.equal(media.paused, true);
+    await linger(world, 60);
+    await linger(world, 60);
+    const rungs = world.shown.filter(({ number }) => number === (at?.frame ?? 0)).map(({ rung }) => rung);
+    assert.deepEqual(rungs, [2, 1, 0]);
+    await world.advance(100);
+    assert.deepEqual(
+      world.take().filter((type) => ["loadeddata", "canplay", "play", "playing", "seeked", "waiting"].includes(type)),
+      at ? ["loadeddata", "seeked", "canplay", "play", "playing"] : ["loadeddata", "canplay", "play", "playing"],
+    );
+    assert.ok(world.numbers().at(-1) > (at?.frame ?? 0), "playback has begun");
+    assert.ok(world.mostOpen <= 2, `${world.mostOpen} open`);
+  }
+});
+
+test("the first frame is seen as it is after a second, when the viewer acts, seeks, or asks for its rung", async () => {
+  for (const way of ["time", "acts", "seeks", "rung", "play"]) {
+    const world = new World();
+    // Nothing better comes, though it is promised.
+    Object.assign(world, { rung: 2, lastingRung: null });
+    const media = world.media({ prepare: (decoder) => way === "rung" && (decoder.rung = 2) });
+    media.load("clip");
+    if (way === "play") media.play();
+    await world.advance(40);
+    if (way !== "rung") assert.ok(!world.take().includes("loadeddata"), way);
+    if (way === "acts") media.uncover();
+    if (way === "seeks") media.currentFrame = 7;
+    if (way === "time" || way === "play") {
+      await linger(world, 700);
+      assert.ok(!world.take().includes("loadeddata"), way);
+      await linger(world, 400);
+    }
+    await world.advance(40);
+    assert.ok(world.take().includes("loadeddata"), way);
+    assert.equal(world.shown.at(-1).number, way === "seeks" ? 7 : way === "play" ? world.shown.length - 1 : 0);
+    media.reset();
+  }
 });
 
 test("another rung is drawn at once while paused", async () => {
@@ -622,10 +681,12 @@ test("pictures that a decoder lost are requested again while paused, unless no d
 
 test("a hidden page asks for nothing", async () => {
   const world = new World();
-  Object.assign(world, { rung: 2, lastingRung: 0 });
+  Object.assign(world, { rung: 2, lastingRung: null });
   const media = world.media();
   media.load("clip");
   await world.advance(40);
+  media.uncover();
+  world.lastingRung = 0;
   media.suspended = true;
   await linger(world, 300);
   assert.equal(world.seeks, 0);

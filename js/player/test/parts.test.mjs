@@ -78,7 +78,14 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
   });
 
   test("another rung is drawn at once while paused", async () => {
-    await load("ladder");
+    const covered = () => window.player.shadowRoot.querySelector(".surface").classList.contains("covered");
+    await ask(() => (window.player.src = "ladder.fvv"));
+    // The first frame comes in the lower rung.
+    await until(() => window.player.readyState === 1);
+    await until(covered);
+    assert.equal(await ask(() => window.player.readyState), 1, "what is covered is no current data");
+    await until(() => window.player.readyState === 4);
+    assert.equal(await ask(covered), false);
     await seekTo(5);
     // What the network carries is measured, so that "auto" depends on the machine: media.test.mjs tests it.
     for (const rung of [1, 0, 1]) {

@@ -177,6 +177,7 @@ export class Media extends DelayedEvents {
 
   async #begin() {
     const opening = (this.#opening = Symbol());
+    const began = this.#now();
     let decoder;
     try {
       decoder = await this.#open(this.#source, this.#reopened);
@@ -194,6 +195,7 @@ export class Media extends DelayedEvents {
       screen: this.#screen,
       meter: this.meter,
       live: this.live,
+      began,
       host: {
         metadata: (frame) => this.#learn(frame),
         duration: () => this.#changeDuration(),
@@ -409,6 +411,10 @@ export class Media extends DelayedEvents {
   /** Another rung is wanted: a frame that stays on screen is shown in it at once. */
   improve() {
     this.#playout?.improve();
+  }
+  /** The viewer acts: a first frame that is covered is seen as it is. */
+  uncover() {
+    this.#playout?.uncover();
   }
   /** Other tracks were selected: frames that are decoded already lack them. */
   refetch() {

@@ -2,6 +2,7 @@
 // element are up to its host.
 
 import { FrameQueue } from "./frame_queue.js";
+import { Opening } from "./opening.js";
 import { groupAt, union } from "./ranges.js";
 import { Resting } from "./resting.js";
 import { Clock, LiveEdge, whatIsDue } from "./timing.js";
@@ -49,6 +50,8 @@ export class Playout {
   #rung = null; // of the frame on screen
   #tracks = null; // that were selected for it, as text
   #resting = new Resting({ better: (asked) => this.#better(asked), ask: () => this.#askAgain() });
+  #opening = null; // while the first frame is covered
+  #began; // milliseconds, when the source was set
   #again = null; // number of the frame on screen, while it is requested again
   #isWatched = true;
   #unsupported = false; // a codec: pictures are missing for good
@@ -66,10 +69,11 @@ export class Playout {
   /**
    * show(frame): resolves when the frame may be closed. vacate(): no mesh is valid, the stage is empty. screen(): as
    * whatIsDue takes it. host: {metadata, duration, ready, shown, seeking, sought, liveCatchUp, behind, drained, ended, failed, wake};
-   * ready(1): the current frame is missing, (2): the next one is missing, (4): none is.
+   * ready(1): the current frame is missing, (2): the next one is missing, (4): none is. began: when the source was set.
    */
-  constructor({ decoder, show, vacate, now, screen, host, meter, live }) {
+  constructor({ decoder, show, vacate, now, screen, host, meter, live, began }) {
     Object.assign(this, { decoder, live });
+    this.#began = began;
     this.#show = show;
     this.#vacate = vacate;
     this.#now = now;
@@ -108,11 +112,14 @@ export class Playout {
     return this.#running;
   }
   set running(running) {
+    const pauses = this.#running && !running;
     this.#running = running;
-    if (running) this.#again = null;
+    if (running && !this.#opening) this.#again = null;
     this.#synchronise();
     this.#evaluate();
-    this.#rest();
+    // Who pauses looks closely.
+    if (pauses && this.#rests) this.#resting.hurry();
+    else this.#rest();
   }
   /** false: the page is hidden, so that no frame has to look better. */
   set watched(watched) {
@@ -158,7 +165,7 @@ export class Playout {
   }
 
   #synchronise() {
-    if (this.#running && !this.#stalled && !this.#search && this.shown) this.#clock.start();
+    if (this.#running && !this.#stalled && !this.#search && !this.#opening && this.shown) this.#clock.start();
     else this.#clock.stop();
   }
 
@@ -217,7 +224,7 @@ export class Playout {
       if (frame && this.#retries(frame, this.#retried)) this.#retried = true;
       else if (frame) this.#present();
       else if (ended) this.#host.failed(this.#noFrames());
-    } else {
+    } else if (!this.#opening) {
       if (frame || ended) this.#unstall();
       // Playback may have begun with that, and have taken the frame.
       if (this.#running && queue.frame === frame) this.#play(frame, ended);
@@ -228,10 +235,11 @@ export class Playout {
 
   /** Whether the frame on screen stays there, and can be requested again. */
   get #rests() {
-    const isIdle = !this.#running && !this.#search && this.#goal === null && !this.#closed;
+    const isIdle = (!this.#running || this.#opening) && !this.#search && this.#goal === null && !this.#closed;
     return isIdle && this.#isWatched && this.decoder.seekable && this.shown !== null && !this.shown.vacated;
   }
   #rest() {
+    if (this.#opening) return;
     if (this.#rests) this.#resting.begin();
     else this.#resting.end();
   }
@@ -251,7 +259,37 @@ export class Playout {
     const { decoder } = this;
     const wished = (await decoder.lastingRung?.().catch(() => null)) ?? null;
     const isBetter = wished !== null && (decoder.rung === "auto" ? wished < this.#rung : wished !== this.#rung);
-    return { rung: isBetter && !asked.has(wished) ? wished : null, lacks: !this.#complete && !this.#unsupported };
+    const rung = isBetter && !asked.has(wished) ? wished : null;
+    return { rung, known: wished !== null, lacks: !this.#complete && !this.#unsupported };
+  }
+  /** The first frame is on screen, covered. */
+  #open() {
+    const search = this.#search;
+    this.#search = this.#goal = null;
+    this.#opening = new Opening({
+      better: (asked) => this.#better(asked),
+      ask: () => this.#askAgain(),
+      done: () => this.#uncover(search),
+      spent: this.#now() - this.#began,
+    });
+  }
+  #uncover(search) {
+    this.#opening = null;
+    // Another place is sought, which is seen as it comes.
+    if (this.#closed || this.#goal !== null) return;
+    this.#host.shown(this.shown);
+    if (search) {
+      this.#search = search;
+      this.#goal = search.goal;
+      this.#found(search);
+    }
+    this.#synchronise();
+    this.#evaluate();
+    this.#rest();
+  }
+  /** The viewer acts: the first frame is seen as it is. */
+  uncover() {
+    this.#opening?.end();
   }
   #askAgain() {
     if (!this.#rests || this.#queue.showing) return;
@@ -264,11 +302,12 @@ export class Playout {
     if (!frame && !ended) return;
     const isSame = frame?.number === this.#again;
     this.#again = null;
-    if (!isSame) return;
+    if (!isSame) return this.#opening?.came();
     const isWorse = this.#complete && lacksPictures(frame);
     const isOther = frame.rung !== this.#rung || JSON.stringify(frame.tracks) !== this.#tracks;
-    if (!isWorse && (isOther || !this.#complete)) this.#present();
-    else this.#queue.shift().close();
+    if (!isWorse && (isOther || !this.#complete)) return this.#present();
+    this.#queue.shift().close();
+    this.#opening?.came();
   }
 
   #noFrames() {
@@ -398,6 +437,7 @@ export class Playout {
     const frame = this.#queue.shift();
     const { number, seconds, duration, decodeMs } = frame;
     const isAgain = number === this.shown?.number;
+    const opens = !this.shown && !this.live && frame.rung > 0 && this.decoder.rung === "auto" && this.decoder.seekable;
     const until = this.#seconds(frame.group.end);
     this.#complete = !lacksPictures(frame);
     this.#rung = frame.rung ?? null;
@@ -421,6 +461,8 @@ export class Playout {
     this.shown = { number, seconds, duration, until };
     this.#shownAt = this.#now();
     this.#meter.shown(this.#shownAt, { decodeMs, showMs: this.#shownAt - began });
+    if (opens) return this.#open();
+    if (this.#opening) return this.#opening.came();
     this.#host.shown(this.shown);
     done?.();
     this.#synchronise();
@@ -432,6 +474,7 @@ export class Playout {
   seek(place, position) {
     this.#goal = { place, position, number: place.frame ?? null };
     this.#again = null;
+    this.#opening?.end();
     this.#resting.end();
     this.#wrapped = false;
     this.#begins = -Infinity;
@@ -530,6 +573,7 @@ export class Playout {
 
   close() {
     this.#closed = true;
+    this.#opening?.end();
     this.#resting.end();
     clearTimeout(this.#searchTimer);
     this.#queue.close();

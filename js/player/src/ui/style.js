@@ -136,6 +136,21 @@ canvas.empty {
   object-fit: cover;
   pointer-events: none;
 }
+/* The first frame crossfades with the poster, or with the empty scene, where one of them covers it for a while. */
+.poster.gone {
+  opacity: 0;
+  visibility: hidden;
+  transition:
+    opacity 0.25s,
+    visibility 0s 0.25s;
+}
+.surface canvas {
+  transition: opacity 0.25s;
+}
+.surface.covered canvas {
+  opacity: 0;
+  transition: none;
+}
 .middle {
   position: absolute;
   inset: 0;
@@ -289,7 +304,9 @@ canvas.empty {
   pointer-events: none;
 }
 @media (prefers-reduced-motion: reduce) {
-  .controls {
+  .controls,
+  .poster.gone,
+  .surface canvas {
     transition: none;
   }
   .spinner {
