@@ -32,6 +32,7 @@ from muxing import Muxing
 from pages import figures as page_figures
 from recordings import calibrate, chain, hull
 from spend import figures as spending
+from spend import scenes
 from track.figures import Tracking
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -427,7 +428,7 @@ def picture():
 def spent():
     """What --view-loss saves, and what views lose by it."""
     shape = "--cameras", ",".join(CLIP_CAMERAS), "--tile", "{}x{}".format(*CLIP_TILE)
-    return spending.measure((studio(), *shape))
+    return spending.measure((studio(), *shape)) | scenes.measure()
 
 
 def python_time():

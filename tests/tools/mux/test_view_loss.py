@@ -1,5 +1,7 @@
 """fvvmux --view-loss: what a scene needs is chosen by cameras that are drawn from the others."""
 
+import shutil
+
 import pytest
 from conftest import figures, run
 
@@ -70,6 +72,16 @@ def test_what_cannot_be_measured_stays_and_says_why(captures, tmp_path):
         found = figures("fvvmux", captures / "tracked", *out, *GOAL)["view_loss"]
         assert not found["measured"] and reason in found["reason"]
         assert (tmp_path / "a.fvv").read_bytes() == before
+
+
+def test_a_stage_that_is_empty_in_the_middle_is_looked_at_elsewhere(captures, tmp_path):
+    shutil.copytree(captures / "tracked", tmp_path / "empty")
+    empty = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nelement face 0\n"
+    for frame in 2, 3:
+        mesh = tmp_path / f"empty/meshes/{frame:04d}.ply"
+        mesh.write_text(empty + "property list uchar int vertex_indices\nend_header\n")
+    found = figures("fvvmux", tmp_path / "empty", "-o", tmp_path / "a.fvv", *GOAL, "--group", 2)["view_loss"]
+    assert found["measured"] and found["frame"] == 0
 
 
 def test_threads_change_nothing(captures, tmp_path):

@@ -87,12 +87,21 @@ template <class Sample> struct Source {
   }
 };
 
-// A few frames of the middle group, and what a stream makes of them.
+// The middle group, or the nearest one that begins with a mesh.
+size_t tried_group(const Plan &plan) {
+  const size_t middle = middle_group(plan);
+  for (size_t off = 0; off < plan.group_count(); off++)
+    for (const size_t group : {middle + off, middle - off})
+      if (group < plan.group_count() && plan.has_mesh(plan.first_of(group))) return group;
+  return middle;
+}
+
+// A few frames of a group, and what a stream makes of them.
 class Trial {
 public:
   Trial(const Plan &of, const SampledScene &sampled, const Tiling &cameras, double following)
       : plan(of), scene(sampled), tiling(cameras), delta_frames(following), room(of.options.threads),
-        group(middle_group(of)), first(of.first_of(group)) {
+        group(tried_group(of)), first(of.first_of(group)) {
     while (count < std::min(plan.frames_of(group), tried_frames) && plan.has_mesh(first + count)) count++;
     executor = [this](size_t items, const std::function<void(size_t)> &work) {
       fvv::parallel(plan.options.threads, items, [&](size_t i) {
@@ -107,7 +116,7 @@ public:
     });
   }
 
-  // 0: the group begins with an empty stage.
+  // 0: no group begins with a mesh.
   size_t frame_count() const { return count; }
   int64_t first_frame() const { return plan.capture.frames.number(int64_t(first)); }
 
@@ -543,7 +552,7 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   if (!found.reason.empty()) return choice;
   Trial trial(plan, scene, tiling, delta_frames);
   if (!trial.frame_count()) {
-    found.reason = "the middle group begins with an empty stage";
+    found.reason = "every group begins with an empty stage";
     return choice;
   }
   // Meshes and pictures are judged by the blend as it was: a stricter one shows fewer pixels of cameras that
