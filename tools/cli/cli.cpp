@@ -24,6 +24,8 @@ namespace {
 std::string tool_name = "fvv";
 pthread_t main_thread;
 
+volatile std::sig_atomic_t stopped = 0;
+
 // The system gives a signal to any thread. Only the main thread knows when outputs must not be touched (it
 // blocks signals then), and is neither starting nor ending.
 extern "C" void interrupted(int signal) {
@@ -37,6 +39,11 @@ extern "C" void interrupted(int signal) {
   std::raise(signal);
 }
 
+extern "C" void asked_to_stop(int signal) {
+  stopped = 1;
+  std::signal(signal, interrupted);
+}
+
 // The first file that a run opens would get the number of a standard stream that is closed, and what is
 // printed would be written into it. Reading from 0 and writing to 1 still fail, so that nothing is lost in
 // silence.
@@ -48,10 +55,11 @@ void open_standard_descriptors() {
 }
 
 // What was ignored when the tool started (nohup, jobs of a script in the background) stays ignored.
-void handle(int signal) {
+void handle(int signal, void (*handler)(int) = interrupted) {
   struct sigaction former, action = {};
   if (sigaction(signal, nullptr, &former) == 0 && former.sa_handler == SIG_IGN) return;
-  action.sa_handler = interrupted;
+  action.sa_handler = handler;
+  if (handler != interrupted) action.sa_flags = SA_RESTART; // the run goes on
   sigaction(signal, &action, nullptr);
 }
 
@@ -99,6 +107,14 @@ int run(const char *tool, const std::function<Exit()> &body) {
     print_lines(tool, exception.what());
   }
   return failed;
+}
+
+void stop_gently() {
+  for (const int signal : {SIGINT, SIGTERM}) handle(signal, asked_to_stop);
+}
+
+bool is_stopped() {
+  return stopped != 0;
 }
 
 void parse_size(const std::string &option, const std::string &text, uint32_t &width, uint32_t &height) {

@@ -23,6 +23,11 @@ void warn(const std::string &text);
 // Installs the handlers that remove temporary files when the run is interrupted (SIGINT, SIGTERM, SIGHUP).
 int run(const char *tool, const std::function<Exit()> &body);
 
+// For tools that write until they are stopped: from now on the first SIGINT or SIGTERM makes is_stopped()
+// true, and only the next one ends the run. Inside of run().
+void stop_gently();
+bool is_stopped();
+
 // "480x270", the argument of that option. Error (usage) for other text; ranges are the caller's to check.
 void parse_size(const std::string &option, const std::string &text, uint32_t &width, uint32_t &height);
 

@@ -2,14 +2,18 @@
 
 #include "cli/cli.h"
 #include "cli/temporary.h"
+#include "fvv_cxx/format.h"
 #include "fvv_cxx/input_file.h"
 
 #include <fcntl.h>
+#include <limits.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -156,10 +160,26 @@ void FileWriter::fail() const {
 void FileWriter::write(const void *bytes, size_t size) {
   const auto *p = static_cast<const uint8_t *>(bytes);
   while (size) {
-    const ssize_t n = ::write(descriptor, p, size);
+    if (time_out >= 0) await_reader();
+    // A pipe that is ready takes that many without a wait.
+    const ssize_t n = ::write(descriptor, p, time_out < 0 ? size : std::min<size_t>(size, PIPE_BUF));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail();
     p += n, size -= static_cast<size_t>(n);
+  }
+}
+
+void FileWriter::await_reader() const {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(time_out);
+  pollfd waited = {descriptor, POLLOUT, 0};
+  while (true) {
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
+    const int ready = poll(&waited, 1, int(std::max<long long>(0, left)));
+    if (ready > 0) return; // an error is that of the write
+    if (ready < 0 && errno != EINTR) fail();
+    if (ready == 0)
+      throw Error(name + ": its reader took nothing for " + fvv::format("%g", time_out / 1000.0) + " s");
   }
 }
 

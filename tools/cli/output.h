@@ -34,13 +34,17 @@ public:
   FileWriter(const FileWriter &) = delete;
   FileWriter &operator=(const FileWriter &) = delete;
   void write(const void *bytes, size_t size);
+  // Of a pipe: a write fails when its reader takes nothing for that long.
+  void set_time_out(double seconds) { time_out = int(1000 * seconds); }
   // to_disk: not before the bytes are there. May be called twice.
   void close(bool to_disk = false);
 
 private:
   [[noreturn]] void fail() const;
+  void await_reader() const;
   std::string name;
   int descriptor;
+  int time_out = -1; // milliseconds; below 0: none
 };
 
 // A file or a folder under a temporary name beside its own, until it is committed. Without commit nothing
@@ -99,6 +103,7 @@ class OutputFile : public Output {
 public:
   OutputFile(const std::string &path, bool may_replace, const Inputs &read = {});
   void write(const void *bytes, size_t size) { file->write(bytes, size); }
+  void set_time_out(double seconds) { file->set_time_out(seconds); }
   // Whether it can be read back before it is committed: not for pipes and devices.
   bool is_regular() const { return !temporary.empty(); }
   // Where the bytes are until then; nothing can be written any more.

@@ -8,6 +8,7 @@
 #include "fvv_scene/inputs.h"
 #include "fvvmux/options.h"
 #include "fvvmux/parts.h"
+#include "fvvmux/realtime.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -76,7 +77,8 @@ std::vector<cli::HelpSection> help_sections() {
       {"What is left out", {}, {}},
       {"Running",
        {},
-       {{"--plan FOLDER", "encode on many machines; --part, --merge (docs/encoding/parts.md)"},
+       {{"--realtime", "pack frames as they arrive; --max-delay, --idle (docs/guide/live.md)"},
+        {"--plan FOLDER", "encode on many machines; --part, --merge (docs/encoding/parts.md)"},
         {"--help-all", "all options, also for players' texturing, tiles, sound and ladders"},
         {"--version", "of fvvmux"}}}};
   std::vector<cli::HelpSection> out;
@@ -92,8 +94,7 @@ std::vector<cli::HelpSection> help_sections() {
 const std::vector<std::string> examples = {
     "fvvmux players -o players.fvv",
     "fvvmux --meshes 'f/%04d.obj' --atlas 'f/%04d.png' --fps 30 -o f.fvv",
-    "fvvmux players -o players.fvv --quality 38dB --max-error 0.3 --codec hevc",
-    "fvvmux players -o players.fvv --scale 0.75 --tile-fill flat --ladder 1,0.75,0.5",
+    "fvvmux players -o players.fvv --quality 38dB --max-error 0.3 --codec hevc --ladder 1,0.75,0.5",
 };
 
 struct WrittenSegments {
@@ -235,10 +236,12 @@ int main(int argc, char **argv) {
   options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
   Outputs outputs;
   PartCommand command;
+  RealtimeCommand realtime;
   bool as_json = false;
   add_files(app, options.capture, outputs);
   const StreamOptions given(app);
   add_part_options(app, command);
+  add_realtime_options(app, realtime);
   app.add_flag("--json", as_json, "print the summary as JSON");
   app.footer(footer);
   cli::set_help(app, "fvvmux", examples, help_sections());
@@ -258,10 +261,12 @@ int main(int argc, char **argv) {
   }
   return cli::run("fvvmux", [&] {
     cli::keep_freed_memory();
+    if (realtime.on) options.preset = mux::Preset::live;
     given.apply(options);
     join_list(options, app.remaining());
     options = mux::settled(options);
     if (command.is_given()) return run_part_command(command, options, outputs.stream, outputs.force, as_json);
+    if (realtime.on) return run_realtime(realtime, options, outputs.stream, outputs.force, as_json);
     if (outputs.stream.empty() && !outputs.capture.empty()) return describe(options, outputs);
     return outputs.stream.empty() ? cut_up(options, outputs, as_json) : pack(options, outputs, as_json);
   });

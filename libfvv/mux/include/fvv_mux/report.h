@@ -330,6 +330,15 @@ struct LeftOutFrame {
   std::string reason;
 };
 
+// Of frames that arrived while they were packed. Delays are seconds from the arrival of a frame to the last
+// byte of its group.
+struct RealtimeReport {
+  size_t lost = 0, dropped = 0; // frames: did not become whole, or were too old
+  double median_delay = 0, p95_delay = 0, largest_delay = 0;
+  double start = 0; // seconds from the arrival of the first frame to the last byte of its group
+  std::string end;  // why no more frames came
+};
+
 // What it has itself is that of the first rung's meshes.
 struct Report : MeshSums {
   bool warned = false; // there was a warning
@@ -378,8 +387,9 @@ struct Report : MeshSums {
   std::vector<LensGapReport> lens_gaps;
 
   uint64_t mesh_reads = 0, picture_reads = 0, mask_reads = 0; // of files
-  double seconds = 0;                                         // from opening the capture to the last byte
-  std::optional<Verdict> verdict;                             // Muxer::verify
+  std::optional<RealtimeReport> realtime;
+  double seconds = 0;             // from opening the capture to the last byte
+  std::optional<Verdict> verdict; // Muxer::verify
 
   size_t rung_count() const { return ladder.empty() ? 1 : ladder.size(); }
   // Of a rung's pictures, relative to those of the first.

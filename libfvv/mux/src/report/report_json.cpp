@@ -423,6 +423,14 @@ std::string report_json(const Report &r, const std::string &output, Spelling spe
   for (const LensGapReport &gap : r.lens_gaps)
     out["lens_gaps"].push_back({{"camera", gap.camera}, {"r_max", gap.r_max}, {"share", gap.share}});
   out["reads"] = {{"meshes", r.mesh_reads}, {"pictures", r.picture_reads}, {"masks", r.mask_reads}};
+  if (r.realtime)
+    out["realtime"] = {{"lost_frames", r.realtime->lost},
+                       {"dropped_frames", r.realtime->dropped},
+                       {"delay_median", r.realtime->median_delay},
+                       {"delay_p95", r.realtime->p95_delay},
+                       {"delay_max", r.realtime->largest_delay},
+                       {"first_delay", r.realtime->start},
+                       {"end", r.realtime->end}};
   out["seconds"] = r.seconds;
   out["frames_per_second"] = frames_per_second(r);
   if (r.verdict) out["verified"] = verdict_json(r);

@@ -353,6 +353,14 @@ void view_lines(std::string &out, const Report &r, const ViewReport &view) {
        view.best, 100 * view.bytes / view.default_bytes);
 }
 
+void realtime_lines(std::string &out, const RealtimeReport &r) {
+  line(out, "  arrival   %zu frames lost, %zu dropped because they were too old; it ended because %s", r.lost,
+       r.dropped, r.end.c_str());
+  line(out,
+       "  delay     %.0f ms (median), %.0f ms (95 %% of the frames), %.0f ms at most; %.0f ms at the start",
+       1000 * r.median_delay, 1000 * r.p95_delay, 1000 * r.largest_delay, 1000 * r.start);
+}
+
 } // namespace
 
 std::string report_text(const Report &r, const std::string &output, Spelling spelling) {
@@ -380,6 +388,7 @@ std::string report_text(const Report &r, const std::string &output, Spelling spe
        r.inset.length > 0 ? length_text(r.scale_unknown, r.inset.length).c_str() : "none",
        r.inset.reason.c_str());
   if (r.view) view_lines(out, r, *r.view);
+  if (r.realtime) realtime_lines(out, *r.realtime);
   line(out, "  time      %.2f s, %.1f frames/s with the preset %s", r.seconds, frames_per_second(r),
        r.preset.c_str());
   if (r.verdict) verdict_lines(out, r);
