@@ -526,3 +526,40 @@ def test_absent_packages_are_named(players):
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["[trimesh]", "[open3d]", "[pyvista]", "[xarray]", "[imageio]", "[usd]"]
+
+
+# Rerun. What needs its SDK is in hosts/test_rerun.py.
+
+
+@pytest.mark.parametrize(
+    "lens, distortion", [("radtan", [-0.2, 0.05, 0.001, -0.002]), ("fisheye", [0.05, -0.01])]
+)
+def test_a_picture_without_the_lens_shows_points_where_a_pinhole_does(lens, distortion):
+    from fvv.interop.rerun import straightened
+
+    k = numpy.array([[200.0, 3, 150], [0, 210, 110], [0, 0, 1]])
+    camera = fvv.Camera(0, k, numpy.eye(3), [0.1, 0.2, 0.3], (320, 240), distortion, lens)
+    straight = k.copy()
+    straight[0, 1] = 0
+    places, inside = straightened(camera, straight)
+    points = numpy.random.default_rng(1).uniform([-1, -1, 2], [1, 1, 5], (5000, 3))
+    local = points + camera.t
+    x, y = numpy.floor((local / local[:, 2:]) @ straight.T)[:, :2].astype(int).T
+    there = (x >= 0) & (x < 320) & (y >= 0) & (y < 240)
+    rows, columns = numpy.divmod(places[y[there], x[there]], 320)
+    expected = camera.project(points)[there]
+    off = numpy.stack([columns, rows], axis=1) + 0.5 - expected
+    assert there.sum() > 3000 and inside[y[there], x[there]].mean() > 0.9
+    # Half a pixel at either end, and the scale of the lens.
+    assert numpy.abs(off[inside[y[there], x[there]]]).max() < 1.5
+    without = ((local / local[:, 2:]) @ straight.T)[there, :2]
+    assert numpy.abs(expected - without).max() > 5
+
+
+def test_without_rerun_it_says_what_to_install(players, tmp_path, monkeypatch, capsys):
+    from fvv.interop.rerun import main
+
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    assert main([str(tmp_path / "missing.fvv"), "--recording-id", "it"]) == 66
+    assert main([str(players), "--recording-id", "it"]) == 1
+    assert "pip install fvv[rerun]" in capsys.readouterr().err

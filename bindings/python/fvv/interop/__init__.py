@@ -1,10 +1,10 @@
 """Other packages: converters from and to them. Each package is imported when it is needed; `pip install fvv[all]` has all of
-them but Open3D, torch and Blender."""
+them but Open3D, Rerun, torch and Blender."""
 
 from __future__ import annotations
 
 from .._core import Mesh
-from . import blender, imageio, usd
+from . import blender, imageio, rerun, usd
 from .dlpack import Shared, shared
 from .open3d import mesh_to_open3d
 from .pyvista import mesh_from_pyvista, mesh_to_pyvista
@@ -25,6 +25,7 @@ __all__ = [
     "mesh_to_open3d",
     "mesh_to_pyvista",
     "mesh_to_trimesh",
+    "rerun",
     "shared",
     "usd",
 ]
