@@ -242,3 +242,35 @@ def test_recipes_name_the_options_that_exist():
     for path in ("vcpkg/portfile.cmake", "homebrew/fvv.rb", "conan/conanfile.py"):
         named = set(re.findall(r"FVV_\w+", (SOURCE / "packaging" / path).read_text()))
         assert named and named <= options, path
+
+
+@pytest.mark.parametrize(
+    "options, way_out",
+    [(["-DFVV_TOOLS=OFF", "-DFVV_PYTHON_PACKAGE=ON"], ""), ([], "-DFVV_TOOLS=OFF to build libfvv alone")],
+    ids=["python", "tools"],
+)
+def test_a_build_names_all_packages_that_are_missing(tmp_path, options, way_out):
+    """pip install, on a machine where nothing is installed: once, and not one package after another."""
+    hidden = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in ("Eigen3", "EXPAT", "nlohmann_json")]
+    done = subprocess.run(
+        ["cmake", "-S", SOURCE, "-B", tmp_path, "-DFVV_TESTS=OFF", *options, *hidden],
+        capture_output=True, text=True, timeout=240, env=os.environ | {"PKG_CONFIG_LIBDIR": str(tmp_path)},
+    )  # fmt: skip
+    assert done.returncode == 1 and done.stderr.count("CMake Error") == 1, done.stderr
+    line = re.search(r"sudo apt-get install (.*)", done.stderr)[1].split()
+    of_modules = {
+        "draco",
+        "turbojpeg0",
+        "png",
+        "webp",
+        "openexr",
+        "avcodec",
+        "avformat",
+        "avutil",
+        "swscale",
+        "swresample",
+    }
+    others = {"libexpat1-dev", "libeigen3-dev", "nlohmann-json3-dev"}
+    assert set(line) == {f"lib{name}-dev" for name in of_modules} | others
+    assert way_out in " ".join(done.stderr.split())
+    assert way_out or "libfvv alone" not in done.stderr

@@ -213,13 +213,22 @@ uint64_t encoding_memory(const VideoSettings &settings, size_t frames) {
   return uint64_t(bytes * settings.width * settings.height);
 }
 
+static std::string why_no_encoder(const VideoEncoder &missing) {
+  std::string others;
+  for (const VideoEncoder &encoder : encoders)
+    if (avcodec_find_encoder_by_name(encoder.library))
+      others += std::string(find_video_codec(encoder.codec)->option) + ", ";
+  return std::string("this build of FFmpeg has no ") + missing.library + ", which encodes " +
+         find_video_codec(missing.codec)->name + "; expected one of its codecs: " + others + "jpeg";
+}
+
 Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings, double crf, int pass,
                      const std::string &statistics) {
   check(settings, crf);
   quiet_log();
   clear_log();
   const AVCodec *codec = avcodec_find_encoder_by_name(encoder.library);
-  if (!codec) throw Error(std::string("this build of FFmpeg has no ") + encoder.library);
+  if (!codec) throw Error(why_no_encoder(encoder));
   Context context = make_context(codec);
   const Colour colour = colour_of_codec(settings.codec);
   context->width = int(settings.width);
