@@ -12,6 +12,7 @@ import { serveFolder, tool } from "../../js/testing/served.mjs";
 const PAGES = [
   "",
   "embed.html",
+  "five-lines.html",
   "three/",
   "docs/",
   "docs/guide/your-own-capture.html",

@@ -59,7 +59,7 @@ ${content.trimEnd()}
 /** The page that embeds the player, as short as possible; a formatter would make more lines of it. */
 export const FIVE_LINES = `<!doctype html>
 <html lang="en">
-<title>My clip</title>
+<meta name="viewport" content="width=device-width" /><title>My clip</title>
 <script type="module" src="player.js"></script>
-<fvv-player src="clips/players.fvv" controls autoplay loop></fvv-player>
+<main><fvv-player src="clips/players.fvv" controls autoplay loop></fvv-player><h1>My clip</h1></main>
 `;

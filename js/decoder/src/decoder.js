@@ -247,11 +247,12 @@ export class Decoder extends EventTarget {
   }
 
   /**
-   * The rung that is worth fetching for a frame that stays on screen, which a seek to the same frame does: the wanted one, else
-   * the best that is shown and that the network carries. null: there is no ladder, or nothing is known of the network.
+   * The rung that is worth fetching for a frame that stays on screen, by a seek to the same frame: the wanted one, else the best
+   * that is shown and that the network carries, at half the speed of playback unless the frame plays on. null: there is no
+   * ladder, or nothing is known of the network.
    */
-  lastingRung() {
-    return this.#call("lastingRung");
+  lastingRung({ plays = false } = {}) {
+    return this.#call("lastingRung", { plays });
   }
 
   /** Selects the tracks whose cameras a picture from eye towards target needs. See camerasFor. */
@@ -353,8 +354,11 @@ export class Decoder extends EventTarget {
     return this[Symbol.asyncIterator]();
   }
 
-  /** Playback continues with this frame. {frame: number}, {time: ticks as bigint} or {seconds}. */
-  async seek({ frame, time, seconds }) {
+  /**
+   * Playback continues with this frame. {frame: number}, {time: ticks as bigint} or {seconds}. rung: that the frame's group comes in;
+   * those after it come as setRung says.
+   */
+  async seek({ frame, time, seconds, rung = null }) {
     if (!this.seekable) throw new FvvError({ code: "state", fatal: false, message: "this source cannot be sought in" });
     let place;
     if (frame !== undefined) {
@@ -375,7 +379,7 @@ export class Decoder extends EventTarget {
     this.#heard = Infinity;
     this.#sounds?.restart();
     try {
-      this.#heard = await this.#call("seek", place);
+      this.#heard = await this.#call("seek", rung === null ? place : { ...place, rung: checkedRung(rung) });
     } catch (error) {
       this.#heard = former;
       throw error;

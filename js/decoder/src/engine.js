@@ -316,8 +316,8 @@ export class Engine {
   setShownScale({ scale }) {
     this.#playback.setShownScale(scale);
   }
-  lastingRung() {
-    return this.#playback.lastingRung;
+  lastingRung({ plays }) {
+    return this.#playback.lastingRung(plays);
   }
 
   status() {

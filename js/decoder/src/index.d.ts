@@ -627,7 +627,7 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   frames(): AsyncIterableIterator<Frame>;
   /** null at the end; rejects with a fatal FvvError. */
   next(): Promise<Frame | null>;
-  seek(place: { frame: number } | { time: bigint } | { seconds: number }): Promise<void>;
+  seek(place: ({ frame: number } | { time: bigint } | { seconds: number }) & { rung?: number }): Promise<void>;
   /** Tracks of video in frames; null: all. Takes effect with the next group at the latest; see frame.tracks. Other tracks
    * are not decoded, and not fetched from hosts that support Range. */
   select(wanted: { tracks: number[] | null }): Promise<void>;
@@ -641,10 +641,11 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
    * known. */
   setShownScale(scale: number | null): Promise<void>;
   /**
-   * The rung that is worth fetching for a frame that stays on screen, which a seek to the same frame does: that of setRung, else
-   * the best that is shown and that the network carries. null: there is no ladder, or nothing is known of the network.
+   * The rung that is worth fetching for a frame that stays on screen, by a seek to the same frame: that of setRung, else the best
+   * that is shown and that the network carries, at half the speed of playback unless the frame `plays` on. null: there is no
+   * ladder, or nothing is known of the network.
    */
-  lastingRung(): Promise<number | null>;
+  lastingRung(wanted?: { plays?: boolean }): Promise<number | null>;
   /** Selects the tracks that a picture needs (camerasFor), and again when the configuration changes. Before the
    * configuration has arrived both lists are empty, and the selection is made when it arrives. */
   look(viewpoint: Viewpoint): Promise<{ cameras: { camera: number; share: number }[]; tracks: number[] }>;

@@ -53,6 +53,9 @@ function addressOf(address, base) {
   });
 }
 
+const SOURCES = "a URL, a Blob, bytes, or a stream of bytes";
+const SOURCE_FIELDS = "url headers credentials seekable segments protocols reconnect WebSocket";
+
 function describe(source) {
   const base = globalThis.document?.baseURI ?? globalThis.location?.href;
   if (source === undefined || source === null) return { source: { pull: true }, feed: createFeed() };
@@ -61,6 +64,7 @@ function describe(source) {
   if (typeof Blob === "function" && source instanceof Blob) return { source: { blob: source } };
   if (source.getReader || source[Symbol.asyncIterator]) return { source: { pull: true }, feed: feedOf(source) };
   if (source.url) {
+    checkNames("source", source, SOURCE_FIELDS);
     const { headers, credentials, seekable, protocols, reconnect, WebSocket } = source;
     const { href: url, protocol, pathname } = addressOf(source.url, base);
     const init = { headers, credentials };
@@ -72,7 +76,7 @@ function describe(source) {
     if (source.segments ?? pathname.endsWith(".json")) return { source: { segments: { url, init } } };
     return { source: { url, seekable, init } };
   }
-  throw new FvvError({ code: "argument", message: "source: expected a URL, a Blob, bytes, or a stream of bytes" });
+  throw new FvvError({ code: "argument", message: `source: expected ${SOURCES}` });
 }
 
 /** Options and values of 0.1 by those of today. They remain for one version. */
@@ -100,6 +104,17 @@ function renamed(options) {
   return given;
 }
 
+const OPTIONS =
+  "source worker limits normals visibility queue signal tracks look rung video videoFallback sound soundFallback network onOutage " +
+  "renewAddress";
+/** A name that is mistyped would otherwise be a decoder that waits endlessly. */
+function checkNames(what, given, expected) {
+  const known = expected.split(" ");
+  const found = Object.keys(given).find((name) => !known.includes(name));
+  if (found === undefined) return;
+  throw new FvvError({ code: "argument", message: `${what}: expected ${known.join(", ")}, found ${found}` });
+}
+
 function checkMode(name, mode, expected) {
   if (expected.includes(mode)) return;
   const message = `${name}: expected ${expected.map((one) => JSON.stringify(one)).join(" or ")}, found ${mode}`;
@@ -118,6 +133,12 @@ function checkPolicy(network) {
 
 export async function createDecoder(given = {}) {
   const options = renamed(given);
+  checkNames("options", options, OPTIONS);
+  if ("source" in options && (options.source ?? null) === null)
+    throw new FvvError({
+      code: "argument",
+      message: `source: expected ${SOURCES}, found ${options.source}; leave it out to write bytes to decoder.writable`,
+    });
   const { worker, limits = {}, normals = true, visibility = true, queue = 4, signal } = options;
   const { tracks = null, look = null, rung = "auto", videoFallback, soundFallback } = options;
   for (const [name, fallback] of Object.entries({ videoFallback, soundFallback }))

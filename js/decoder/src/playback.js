@@ -100,8 +100,8 @@ export class Playback {
     this.#choice.shownScale = scale;
   }
   /** The rung worth fetching for a frame that stays on screen; null: nothing is known of it. */
-  get lastingRung() {
-    return this.about.seekable ? this.#choice.lasting(this.#reader.fetchesRungs) : null;
+  lastingRung(plays) {
+    return this.about.seekable ? this.#choice.lasting(this.#reader.fetchesRungs, plays) : null;
   }
   /** What the network gave, in bits per second, and the seconds that are buffered; null: not known. */
   get network() {
@@ -118,6 +118,7 @@ export class Playback {
    */
   async *frames(place, signal) {
     const { group: first, skip = -1, until } = this.#reader.seek(place);
+    this.#choice.once = place?.rung ?? null;
     this.#taken = null;
     // A seek drops reports that were not taken.
     this.#reported = null;

@@ -273,20 +273,25 @@ test("a frame that stays on screen comes again in the rung that the network carr
     const decoder = await createDecoder({ source, limits: { cacheBytes: 0 } });
     const first = await decoder.next();
     assert.equal(first.rung, 2);
-    const again = async () => {
-      await decoder.seek({ frame: 0 });
+    const again = async (rung) => {
+      await decoder.seek({ frame: 0, ...(rung !== undefined && { rung }) });
       const frame = await decoder.next();
       if (source === url) checkFrames([frame], decoder.rungs); // the segments are of another clip
       assert.equal(frame.number, 0);
       return frame.rung;
     };
+    // Before anything is known of the network too, and of that group alone.
+    for (const rung of [0, 1]) assert.equal(await again(rung), rung);
+    assert.equal(decoder.rung, "auto");
     // What is read ahead tells what the network carries.
     const deadline = performance.now() + 20000;
     while ((await decoder.lastingRung()) !== 0) {
       assert.ok(performance.now() < deadline, `rung ${await decoder.lastingRung()} after 20 s`);
       await new Promise((done) => setTimeout(done, 20));
     }
-    assert.equal(await again(), 0);
+    assert.equal(await decoder.lastingRung({ plays: true }), 0);
+    assert.equal(await again(await decoder.lastingRung()), 0);
+    await assert.rejects(decoder.seek({ frame: 0, rung: "best" }), { code: "argument" });
     await decoder.setShownScale(0.3);
     assert.equal(await decoder.lastingRung(), 1);
     await decoder.setRung(2);

@@ -307,6 +307,14 @@ test("values of the policy are checked", async () => {
     code: "argument",
     message: /found budget/,
   });
+  // Mistyped names, also of a variable: without these errors such decoders would wait endlessly.
+  for (const [options, message] of [
+    [{ sorce: source }, /options: expected source, .*found sorce/],
+    [{ source: undefined }, /source: expected a URL, .*found undefined; leave it out/],
+    [{ source: { uri: source } }, /source: expected a URL/],
+    [{ source: { url: source, header: {} } }, /source: expected url, headers, .*found header/],
+  ])
+    await assert.rejects(createDecoder(options), { code: "argument", message });
   await assert.rejects(createDecoder({ source, network: { budgetMs: -1 } }), { code: "argument", message: /budgetMs/ });
 });
 

@@ -113,8 +113,8 @@ export function partsOf(clip) {
   return parts.map((part) => ({ ...part, share: part.bytes / clip.bytes, text: percent(part.bytes / clip.bytes) }));
 }
 
-/** The paper's clip: bytes of two seconds, and seconds to its first mesh. */
-const THEN = { seconds: 2, bytes: 27.3e6, first: 1.41 };
+/** The paper's clip. */
+const THEN = { seconds: 2, bytes: 27.3e6 };
 
 function row(name, value, share, now) {
   const fill = element("div", { class: now ? "fill now" : "fill" });
@@ -129,21 +129,20 @@ function row(name, value, share, now) {
 }
 
 function group(title, then, now, text) {
-  const max = Math.max(then, now ?? 0);
+  const max = Math.max(then, now);
+  const ratio = then / now;
+  const less = ratio > 1 ? `: ${ratio.toFixed(ratio < 9.5 ? 1 : 0)} times less` : "";
   return element(
     "div",
     { class: "pair" },
-    element("h3", {}, title),
+    element("h3", {}, title + less),
     row("WHP 235", text(then), then / max, false),
-    row("This clip", now === null ? "…" : text(now), (now ?? 0) / max, true),
+    row("This clip", text(now), now / max, true),
   );
 }
 
-/** Bars that compare a clip with that of WHP 235. first: seconds to the first picture; null: not yet known. */
-export function comparedWith(clip, first) {
-  const pairs = [];
-  if (clip.frames > 1)
-    pairs.push(group("Size of two seconds", THEN.bytes, (clip.bytes / clip.seconds) * THEN.seconds, bytes));
-  pairs.push(group("Time to the first picture", THEN.first, first, seconds));
-  return pairs;
+/** Bars that compare the size of a clip with that of WHP 235. Times are left out: they are those of other machines and networks. */
+export function comparedWith(clip) {
+  if (clip.frames < 2) return [element("p", {}, "This clip is a single frame, which the paper has no figure for.")];
+  return [group("Size of two seconds", THEN.bytes, (clip.bytes / clip.seconds) * THEN.seconds, bytes)];
 }

@@ -10,7 +10,6 @@ import "./theme.js";
 
 const $ = (id) => document.getElementById(id);
 const player = $("player");
-let began = null;
 
 const showValues = (facts) =>
   $("facts").replaceChildren(
@@ -59,16 +58,14 @@ function showFacts(clip) {
       ),
     ),
   );
-  $("compared").replaceChildren(...comparedWith(clip, null));
+  $("compared").replaceChildren(...comparedWith(clip));
 }
 
 function play(clip) {
   showFacts(clip);
-  began = performance.now();
   player.addEventListener(
     "loadeddata",
     () => {
-      $("compared").replaceChildren(...comparedWith(clip, (performance.now() - began) / 1000));
       if (clip.camera !== undefined) player.snapToCamera(clip.camera);
     },
     { once: true },

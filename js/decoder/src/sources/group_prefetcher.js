@@ -198,6 +198,7 @@ export class GroupPrefetcher {
   async #fetch(i, signal) {
     try {
       const plans = await this.#fetcher.plans(i, signal);
+      if (signal.aborted) return;
       const sizes = plans.map(({ size }) => 8 * size);
       const seconds = this.#ladder.seconds(this.#groups[i].end - this.#groups[i].start);
       const { chooser } = this.#ladder;

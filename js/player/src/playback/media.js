@@ -203,6 +203,7 @@ export class Media extends DelayedEvents {
         shown: (shown) => this.#shown(shown),
         seeking: () => this.#beginSeek(),
         sought: () => this.#endSeek(),
+        plays: () => !this.paused || (this.autoplay && this.#autoplaying),
         liveCatchUp: () => this.liveCatchUp,
         behind: (seconds) => seconds > this.liveCatchUp.jumpAfter && this.goLive(),
         drained: () => this.#drain(),

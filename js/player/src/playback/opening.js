@@ -4,7 +4,7 @@
 /** Milliseconds from the beginning, and at least from the first frame, for which it may stay covered. */
 const BUDGET_MS = 1000;
 const LEAST_MS = 300;
-/** Milliseconds between questions while nothing is known of the network. */
+/** Milliseconds between questions while little is known of the network: the first bytes are few, so that it seems slow. */
 const ASK_MS = 40;
 
 export class Opening {
@@ -12,6 +12,7 @@ export class Opening {
   #ask;
   #done;
   #asked = new Set(); // rungs
+  #began = performance.now();
   #limit; // timer
   #timer = null;
   isOver = false;
@@ -34,8 +35,8 @@ export class Opening {
     if (this.isOver) return;
     if (rung !== null) {
       this.#asked.add(rung);
-      this.#ask();
-    } else if (known) this.end();
+      this.#ask(rung);
+    } else if (known && (this.#asked.size || performance.now() - this.#began >= LEAST_MS)) this.end();
     else this.#timer = setTimeout(() => this.#try(), ASK_MS);
   }
   /** The frame has come again. What was measured meanwhile may allow a still better rung. */

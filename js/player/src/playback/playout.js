@@ -49,7 +49,7 @@ export class Playout {
   #complete = false; // the frame on screen has all its pictures
   #rung = null; // of the frame on screen
   #tracks = null; // that were selected for it, as text
-  #resting = new Resting({ better: (asked) => this.#better(asked), ask: () => this.#askAgain() });
+  #resting = new Resting({ better: (asked) => this.#better(asked), ask: (rung) => this.#askAgain(rung) });
   #opening = null; // while the first frame is covered
   #began; // milliseconds, when the source was set
   #again = null; // number of the frame on screen, while it is requested again
@@ -68,8 +68,8 @@ export class Playout {
 
   /**
    * show(frame): resolves when the frame may be closed. vacate(): no mesh is valid, the stage is empty. screen(): as
-   * whatIsDue takes it. host: {metadata, duration, ready, shown, seeking, sought, liveCatchUp, behind, drained, ended, failed, wake};
-   * ready(1): the current frame is missing, (2): the next one is missing, (4): none is. began: when the source was set.
+   * whatIsDue takes it. host: {metadata, duration, ready, shown, seeking, sought, plays, liveCatchUp, behind, drained, ended, failed, wake};
+   * plays(): whether playback follows the first frame; ready(1): the current frame is missing, (2): the next one is missing, (4): none is. began: when the source was set.
    */
   constructor({ decoder, show, vacate, now, screen, host, meter, live, began }) {
     Object.assign(this, { decoder, live });
@@ -114,7 +114,7 @@ export class Playout {
   set running(running) {
     const pauses = this.#running && !running;
     this.#running = running;
-    if (running && !this.#opening) this.#again = null;
+    if (running && !this.#opening) this.#leaveAgain();
     this.#synchronise();
     this.#evaluate();
     // Who pauses looks closely.
@@ -249,7 +249,7 @@ export class Playout {
   }
   /** Other tracks were selected, which the frames that are shown need at once. */
   refetch() {
-    if (this.#rests) return this.#askAgain();
+    if (this.#rests) return this.#askAgain(this.#rung);
     const isPlaying = this.#running && this.shown && !this.#search && this.#goal === null && !this.#wrapped;
     const next = this.shown && this.shown.number + 1;
     if (isPlaying && this.decoder.seekable && next < (this.decoder.frameCount ?? Infinity))
@@ -257,7 +257,7 @@ export class Playout {
   }
   async #better(asked) {
     const { decoder } = this;
-    const wished = (await decoder.lastingRung?.().catch(() => null)) ?? null;
+    const wished = (await decoder.lastingRung?.({ plays: this.#host.plays() }).catch(() => null)) ?? null;
     const isBetter = wished !== null && (decoder.rung === "auto" ? wished < this.#rung : wished !== this.#rung);
     const rung = isBetter && !asked.has(wished) ? wished : null;
     return { rung, known: wished !== null, lacks: !this.#complete && !this.#unsupported };
@@ -268,7 +268,7 @@ export class Playout {
     this.#search = this.#goal = null;
     this.#opening = new Opening({
       better: (asked) => this.#better(asked),
-      ask: () => this.#askAgain(),
+      ask: (rung) => this.#askAgain(rung),
       done: () => this.#uncover(search),
       spent: this.#now() - this.#began,
     });
@@ -291,11 +291,18 @@ export class Playout {
   uncover() {
     this.#opening?.end();
   }
-  #askAgain() {
+  /** rung: in which it should come; null: as other frames. */
+  #askAgain(rung) {
     if (!this.#rests || this.#queue.showing) return;
     this.#wrapped = false;
     this.#again = this.shown.number;
-    this.#seekQueue({ frame: this.#again });
+    this.#seekQueue({ frame: this.#again, ...(rung !== null && { rung }) });
+  }
+  /** Playback goes on: a rung that takes too long for that does not hold it up. */
+  #leaveAgain() {
+    const next = this.#again !== null && this.#again + 1;
+    this.#again = null;
+    if (next && next < (this.decoder.frameCount ?? Infinity)) this.#seekQueue({ frame: next });
   }
   /** The frame on screen has come again. */
   #takeAgain(frame, ended) {

@@ -17,7 +17,7 @@ export class Resting {
 
   /**
    * better(asked): resolves to {rung, lacks}: a rung that is better than that of the frame on screen and not among those that
-   * were requested, or null; whether pictures are missing. ask(): requests the frame again; what comes is shown if it is better.
+   * were requested, or null; whether pictures are missing. ask(rung): requests the frame again; what comes is shown if it is better.
    */
   constructor({ better, ask }) {
     this.#better = better;
@@ -54,7 +54,7 @@ export class Resting {
     const { rung, lacks } = await this.#better(this.#asked);
     if (turn !== this.#turn) return;
     if (rung !== null) this.#asked.add(rung);
-    if (rung !== null || lacks) this.#ask();
+    if (rung !== null || lacks) this.#ask(rung);
     this.#wait();
   }
 }
