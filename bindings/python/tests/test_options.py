@@ -9,6 +9,7 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 
 import fvv
 import numpy
@@ -105,3 +106,47 @@ def test_messages_name_arguments():
     assert "--" not in str(caught.value) and not re.search(r"[\x00-\x1f]", str(caught.value))
     with pytest.raises(fvv.UsageError, match=r"^sound_bitrate: expected without no_sound, found both$"):
         fvv.Writer(io.BytesIO(), rate=25, sound_bitrate="96k", no_sound=True)
+
+
+def test_an_encoder_that_ffmpeg_lacks_is_named(tmp_path):
+    """As in a wheel whose FFmpeg has no parts under the GPL: x264 and x265 are hidden."""
+    source = tmp_path / "hide.c"
+    source.write_text(
+        """#include <dlfcn.h>
+#include <stdlib.h>
+#include <string.h>
+void *avcodec_find_encoder_by_name(const char *name) {
+  if (!strncmp(name, "libx26", 6)) return 0;
+  void *library = dlopen(getenv("LIBAVCODEC"), RTLD_LAZY | RTLD_NOLOAD);
+  return ((void *(*)(const char *))dlsym(library, "avcodec_find_encoder_by_name"))(name);
+}
+"""
+    )
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", tmp_path / "hide.so", source], check=True)
+    loaded = subprocess.run(["ldd", fvv._core.__file__], capture_output=True, text=True, check=True).stdout
+    library = re.search(r"libavcodec\.so\.\d+", loaded)[0]
+    program = """
+import sys
+import fvv, numpy
+camera = fvv.Camera(0, [[100, 0, 80], [0, 100, 48], [0, 0, 1]], numpy.eye(3), [0, 0, 3], (160, 96))
+mesh = numpy.eye(4, 3, -1), [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+for codec in ("h264", "hevc", "vp9"):
+    try:
+        with fvv.Writer(sys.argv[1], rate=25, cameras=[camera], codec=codec, force=True) as writer:
+            writer.add(mesh, [numpy.full((96, 160, 3), 100, numpy.uint8)])
+        print(codec)
+    except fvv.Error as error:
+        print(error)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program, tmp_path / "out.fvv"],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"LD_PRELOAD": str(tmp_path / "hide.so"), "LIBAVCODEC": library},
+    )
+    assert done.returncode == 0, done.stderr
+    first, second, third = done.stdout.splitlines()
+    for line, library, name in ((first, "libx264", "H.264"), (second, "libx265", "HEVC")):
+        assert f"this build of FFmpeg has no {library}, which encodes {name}" in line
+        assert "one of its codecs: vp9, av1, jpeg" in line
+    assert third == "vp9", done.stderr
