@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, inputs, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, view, look, ladder, chaos, settle, player, gpu, sound, npm, docs, site, python,
+import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, view, look, ladder, chaos, settle, player, gpu, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -29,6 +29,7 @@ from house import figures as house_figures
 from inputs import figures as input_figures
 from inputs import triangles
 from muxing import Muxing
+from network import live as live_stream
 from pages import figures as page_figures
 from recordings import calibrate, chain, hull
 from spend import figures as spending
@@ -88,6 +89,10 @@ def mux():
         found = python_package.child(BUILD, "rate", capture().parent, preset)
         figures[f"mux.{preset}_memory_frames_per_s"] = found["frames_per_s"]
     return figures
+
+
+def live():
+    return live_stream.measure(BUILD, capture(), WORK)
 
 
 def memory():
@@ -465,6 +470,7 @@ def demo():
 PARTS = {
     "synth": synth,
     "mux": mux,
+    "live": live,
     "demo": demo,
     "memory": memory,
     "house": house,

@@ -58,6 +58,7 @@ const std::vector<VideoEncoder> encoders = {
      {{"preset", "veryfast"}, {"x264-params", FVV_X264_GROUP "trellis=1"}},
      {{"preset", "slow"}, {"x264-params", FVV_X264_GROUP FVV_X264_SETS "me=hex:subme=7:weightp=1"}},
      {{"preset", "veryfast"}, {"x264-params", FVV_X264_GROUP FVV_X264_SETS "trellis=1:subme=4"}},
+     {{"preset", "veryfast"}, {"x264-params", FVV_X264_GROUP FVV_X264_SETS "trellis=0:subme=1:me=dia"}},
      12,
      2.7,
      4.8,
@@ -77,6 +78,7 @@ const std::vector<VideoEncoder> encoders = {
      {},
      {{"preset", "medium"}},
      {{"preset", "superfast"}},
+     {},
      12,
      3.3,
      13,
@@ -95,6 +97,7 @@ const std::vector<VideoEncoder> encoders = {
      {},
      {{"cpu-used", "4"}},
      {{"cpu-used", "5"}},
+     {},
      75,
      1.5,
      0,
@@ -109,6 +112,7 @@ const std::vector<VideoEncoder> encoders = {
      {},
      {{"cpu-used", "7"}},
      {{"usage", "realtime"}, {"cpu-used", "8"}},
+     {},
      50,
      0,
      0,
@@ -151,14 +155,15 @@ const std::vector<EncoderOption> &options_in_place(const VideoEncoder &encoder,
                                                    const VideoSettings &settings) {
   static const std::vector<EncoderOption> none;
   if (settings.draft) return encoder.draft;
-  return settings.effort == Effort::fast   ? encoder.fast
-         : settings.effort == Effort::live ? encoder.live
-                                           : none;
+  if (settings.effort == Effort::least && !encoder.least.empty()) return encoder.least;
+  return settings.effort == Effort::fast  ? encoder.fast
+         : settings.effort < Effort::fast ? encoder.live
+                                          : none;
 }
 
 /* As the presets for drafts and live have it. */
 bool looks_little_ahead(const VideoSettings &settings) {
-  return settings.draft || settings.effort == Effort::live;
+  return settings.draft || settings.effort < Effort::fast;
 }
 
 /* "23", "22.625". */

@@ -18,8 +18,9 @@ struct VideoEncoder {
   const Bitstream &bitstream;
   int steps_per_unit; /* of its CRF: 1 when it knows whole numbers only */
   bool two_passes;
-  /* The options of a draft, and of less effort, in place of these; draft empty: there are no drafts. */
-  std::vector<EncoderOption> draft, fast, live;
+  /* The options of a draft, and of less effort, in place of these; draft empty: there are no
+   * drafts; least empty: that of live. */
+  std::vector<EncoderOption> draft, fast, live, least;
   /* Bytes of memory for a pixel of 8 bits: for the group as a whole, for each frame that waits, and for each
    * one that is kept to predict from. */
   double memory, waiting_memory, kept_memory;

@@ -164,7 +164,7 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<Sa
   int first = int(std::lround(steps / 3.0 + (at_a_third - target_db) * steps / decibels));
   double fall = decibels / steps; // dB a step
   int drafted = -1;               // the best step of drafts
-  if (has_drafts(settings.codec) && settings.effort != Effort::live) {
+  if (has_drafts(settings.codec) && settings.effort >= Effort::fast) {
     tried.draft = true;
     Search search(steps, target_db - draft_loss(settings.effort), first, fall);
     std::map<int, double> db; // of the steps that were tried

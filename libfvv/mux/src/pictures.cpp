@@ -7,6 +7,7 @@
 #include "fvv_media/packed_image.h"
 #include "fvv_scene/memory_frames.h"
 #include "mux/src/meshes/meshes.h"
+#include "mux/src/options/effort_steps.h"
 #include "mux/src/options/presets.h"
 
 #include <algorithm>
@@ -590,7 +591,9 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, const V
   const media::GroupSource<Sample> frames = {count, take,
                                              [&room](uint64_t bytes) { return room.reserve(bytes); }};
   try {
-    return media::encode_group(choice.decision.settings, frames);
+    media::VideoSettings settings = choice.decision.settings;
+    lower(settings, effort_step(plan.effort));
+    return media::encode_group(settings, frames);
   } catch (const Error &error) {
     if (failed) throw;
     const scene::Frames &numbers = plan.capture.frames;

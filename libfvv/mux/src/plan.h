@@ -230,6 +230,7 @@ struct Plan {
   Observer observer;
   scene::Capture capture;  // frames restricted, cameras by rising identifier, unwanted patterns removed
   uint32_t group_size = 1; // ticks, at most
+  size_t effort = 0;       // step (effort_steps.h) of groups that follow; changes between groups alone
   std::vector<GroupSpan> groups;
   std::vector<BadFrame> bad; // by rising number
   // Some frames have the faces of the one before: groups may have delta frames.

@@ -237,6 +237,46 @@ TEST_CASE("frames that are missing take their time, and nothing else") {
   CHECK_THROWS_WITH(encoder.finish(), "encoder: expected at least one frame before finish()");
 }
 
+TEST_CASE("effort falls between groups, and the stream stays one") {
+  const Folder folder;
+  const auto bytes_with = [&](std::initializer_list<size_t> efforts, uint32_t codec) {
+    mux::Options options = jpeg_options();
+    options.codec = codec;
+    options.preset = mux::Preset::live;
+    options.quality = {false, codec == FVV_CODEC_JPEG ? 90.0 : 20.0};
+    std::string bytes;
+    mux::Encoder encoder(two_cameras(), options, [&](const void *part, size_t size) {
+      bytes.append(static_cast<const char *>(part), size);
+    });
+    std::vector<size_t> groups;
+    int frame = 0;
+    for (const size_t effort : efforts) {
+      encoder.set_effort(effort);
+      const size_t before = bytes.size();
+      for (int i = 0; i < 4; i++, frame++) {
+        mux::Frame next = frame_of(frame, 20);
+        for (media::AnyImage &picture : next.pictures) { // something to code
+          std::vector<uint8_t> &pixels = std::get<media::Image>(picture).pixels;
+          for (size_t p = 0; p < pixels.size(); p++) pixels[p] = uint8_t(p * p / 7 + size_t(frame));
+        }
+        encoder.add(std::move(next));
+      }
+      groups.push_back(bytes.size() - before);
+    }
+    encoder.finish();
+    const std::string path = folder.path("out.fvv");
+    write_bytes(path, bytes.data(), bytes.size());
+    CHECK(Stream(path).frames() == size_t(frame));
+    return groups;
+  };
+  for (const uint32_t codec : {FVV_CODEC_AVC1, FVV_CODEC_JPEG}) {
+    const std::vector<size_t> groups = bytes_with({0, 0, 1, 2, 3, 0}, codec);
+    CHECK(groups[3] < groups[1]);
+    CHECK(groups[4] < groups[3]);
+    CHECK(groups[5] > groups[3]);
+  }
+}
+
 TEST_CASE("an index out of range is refused with frame and element, and no stream is finished") {
   mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
   for (int i = 0; i < 3; i++) encoder.add(frame_of(i, 4));

@@ -44,8 +44,9 @@ template <class Work> auto with_sample_type(uint32_t codec, int bit_depth, const
 
 // Time that an encoder takes for fewer bytes at the same PSNR: full is what an archive wants. By H.264's
 // tiles at 38 dB, fast takes two thirds of full's time for 7 % more bytes, and live a sixth for 17 % more.
-// JPEG and OpenEXR know one effort.
-enum class Effort { live, fast, full };
+// least is for streams that would fall behind: its groups may follow those of live in a stream, with the same
+// record; only H.264 has it, others are as live. JPEG and OpenEXR know one effort.
+enum class Effort { least, live, fast, full };
 
 struct VideoSettings {
   uint32_t codec;          // one of video_codecs()

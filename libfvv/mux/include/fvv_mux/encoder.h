@@ -119,6 +119,10 @@ public:
   // of its group. Samples of encoded tracks that follow must not need it.
   void skip();
 
+  // For a source that does not wait: from the next group on, less is done for the same or fewer bytes, by one
+  // of the steps of docs/guide/live.md. 0: nothing is given up.
+  void set_effort(size_t step);
+
   // Writes what is left, index and footer. At least one frame was added.
   Report finish();
 

@@ -32,6 +32,8 @@ struct RealtimeEvent {
   enum Kind {
     lost,    // a frame that did not become whole, or whose files cannot be used
     dropped, // a frame that was too old to be packed
+    lowered, // from this frame on less effort, so that the stream keeps up
+    raised,  // more again
     ended,   // because no frame came for too long
   };
   Kind kind;

@@ -336,7 +336,13 @@ struct RealtimeReport {
   size_t lost = 0, dropped = 0; // frames: did not become whole, or were too old
   double median_delay = 0, p95_delay = 0, largest_delay = 0;
   double start = 0; // seconds from the arrival of the first frame to the last byte of its group
-  std::string end;  // why no more frames came
+  struct Step {
+    int64_t frame;    // number of the first one, in file names
+    size_t effort;    // 0: the most
+    std::string text; // what is given up
+  };
+  std::vector<Step> steps; // changes of effort
+  std::string end;         // why no more frames came
 };
 
 // What it has itself is that of the first rung's meshes.

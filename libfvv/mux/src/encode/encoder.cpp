@@ -104,6 +104,7 @@ struct Encoder::State {
   scene::Capture capture; // until the plan is made
   std::optional<Plan> plan;
   std::optional<EncodeJob> job; // of the plan
+  size_t effort = 0;            // step
   size_t group_size = 1;
   bool shows_pictures = false;   // else nothing is left of a frame without a mesh
   size_t added = 0;              // frames
@@ -128,6 +129,7 @@ struct Encoder::State {
       plan = make_plan(std::move(capture), configuration.encoded, options, observer);
       job.emplace(*plan, sink);
     }
+    plan->effort = effort;
     for (size_t group = done; group < plan->group_count(); group++) job->run_group(group);
     done = plan->group_count();
     memory->drop_before(int64_t(end));
@@ -294,6 +296,10 @@ void Encoder::add(Frame frame) {
   s.met_mesh = s.met_mesh || has_mesh;
   s.added++;
   if (s.added % s.group_size == 0 && s.pending) s.end_group(s.added);
+}
+
+void Encoder::set_effort(size_t step) {
+  state->effort = step;
 }
 
 void Encoder::skip() {

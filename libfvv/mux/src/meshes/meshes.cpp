@@ -4,6 +4,7 @@
 #include "mux/src/choose/choices.h"
 #include "mux/src/encode/vertex_colours.h"
 #include "mux/src/meshes/patch_coder.h"
+#include "mux/src/options/effort_steps.h"
 
 #include <algorithm>
 #include <cmath>
@@ -253,6 +254,10 @@ std::string name_of(const Plan &plan, size_t i) {
   return plan.capture.mesh_path(number) + ": frame " + std::to_string(number);
 }
 
+int mesh_level_of(const Plan &plan) {
+  return std::min(*plan.options.mesh_level, effort_step(plan.effort).mesh_level);
+}
+
 fvv_mesh_source borrow(const geometry::Mesh &mesh) {
   return {mesh.positions.data(),
           mesh.faces.data(),
@@ -290,7 +295,7 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const PreparedMesh &source) {
   canonicalise(plan, i, source, holder, frame.report);
   OwnedBytes payload;
   fvv_diagnostic diagnostic = {};
-  fvv::check(fvv_mesh_encode(&holder, plan.options.mesh_profile, *plan.options.mesh_level, nullptr, &payload,
+  fvv::check(fvv_mesh_encode(&holder, plan.options.mesh_profile, mesh_level_of(plan), nullptr, &payload,
                              &diagnostic),
              name_of(plan, i), diagnostic);
   frame.payload = payload.copy();
@@ -363,7 +368,7 @@ public:
     report_specks(source, frames[0].report);
     std::vector<uint32_t> coded(3 * size_t(mesh.face_count));
     OwnedBytes payload;
-    fvv::check(fvv_mesh_encode_mapped(&mesh, plan.options.mesh_profile, *plan.options.mesh_level, nullptr,
+    fvv::check(fvv_mesh_encode_mapped(&mesh, plan.options.mesh_profile, mesh_level_of(plan), nullptr,
                                       &payload, &decoded, coded.data(), &diagnostic),
                name_of(plan, first), diagnostic);
     frames[0].payload = payload.copy();

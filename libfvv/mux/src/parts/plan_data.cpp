@@ -206,10 +206,11 @@ struct Fields {
     auto &[on, reason, by_outlines] = v;
     a(on, reason, by_outlines);
   }
-  // Of the capture, what files say; sources are for a summary alone.
+  // Of the capture, what files say; sources are for a summary alone, and effort changes only of frames in
+  // memory.
   template <class A> static void of(A &a, Plan &v) {
-    auto &[options, observer, capture, group_size, groups, bad, has_constant_topology, tracking, error,
-           lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,
+    auto &[options, observer, capture, group_size, effort, groups, bad, has_constant_topology, tracking,
+           error, lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,
            mask_rules, outline_cameras, outline_rules, warned, crop, whole, visibility, match, inset, view,
            colours, undistortion, environment, sounds, frame_limit] = v;
     a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, tracking, error,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fvv_media/mask.h"
+#include "fvv_media/video.h"
 #include "fvv_mux/encoder.h"
 #include "fvv_scene/pictures.h"
 #include "mux/src/realtime/arrivals.h"

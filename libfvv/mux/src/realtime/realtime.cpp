@@ -1,9 +1,12 @@
 #include "fvv_mux/realtime.h"
+#include "fvv_cxx/format.h"
 #include "fvv_mux/encoder.h"
 #include "fvv_scene/inputs.h"
+#include "mux/src/options/effort_steps.h"
 #include "mux/src/options/option_values.h"
 #include "mux/src/planner.h"
 #include "mux/src/realtime/intake.h"
+#include "mux/src/realtime/pace.h"
 
 #include <algorithm>
 #include <atomic>
@@ -75,6 +78,10 @@ const char *name_of(RealtimeEvent::Kind kind) {
     return "lost";
   case RealtimeEvent::dropped:
     return "dropped";
+  case RealtimeEvent::lowered:
+    return "lowered";
+  case RealtimeEvent::raised:
+    return "raised";
   case RealtimeEvent::ended:
     return "ended";
   }
@@ -114,7 +121,8 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
   Delays delays;
   std::vector<Clock::time_point> waiting; // frames of the group that is not written
   size_t missing = 0;                     // frames, after the last one that was added
-  bool added = false, gave_up = false;
+  bool added = false, gave_up = false, begun_before = false;
+  Pace pace(effort_steps);
   {
     Intake intake(capture, options, realtime, options.group, is_stopped,
                   [&](Clock::time_point arrival) { return begun && age_of(arrival) > oldest; });
@@ -140,13 +148,29 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
       for (; missing; missing--) encoder.skip();
       waiting.push_back(item.arrival);
       wrote = false;
+      const Clock::time_point before = Clock::now();
       encoder.add(std::move(item.content));
       added = true;
       if (!wrote) continue;
       begun = true;
       observer.progress(waiting.size());
       for (const Clock::time_point &arrival : waiting) delays.add(age_of(arrival));
+      const size_t former = pace.step();
+      // The first group planned the stream: it says nothing about the next ones.
+      if (begun_before)
+        pace.add(seconds_of(Clock::now() - before), double(waiting.size()) * duration,
+                 seconds_of(before - item.arrival));
+      begun_before = true;
       waiting.clear();
+      if (pace.step() == former) continue;
+      encoder.set_effort(pace.step());
+      const EffortStep &step = effort_step(pace.step());
+      item.number += capture.frames.step;
+      out.steps.push_back({item.number, pace.step(), step.text});
+      item.arrival = Clock::now(); // of no frame
+      tell(pace.step() > former ? RealtimeEvent::lowered : RealtimeEvent::raised,
+           fvv::format("step %zu: %s, as the last group took %.2f of its time", pace.step(), step.text,
+                       pace.load()));
     }
   }
   if (!added) throw Error(capture.path + ": no frame was packed: " + out.end);

@@ -430,7 +430,12 @@ std::string report_json(const Report &r, const std::string &output, Spelling spe
                        {"delay_p95", r.realtime->p95_delay},
                        {"delay_max", r.realtime->largest_delay},
                        {"first_delay", r.realtime->start},
+                       {"effort", Json::array()},
                        {"end", r.realtime->end}};
+  if (r.realtime)
+    for (const RealtimeReport::Step &step : r.realtime->steps)
+      out["realtime"]["effort"].push_back(
+          {{"frame", step.frame}, {"step", step.effort}, {"text", step.text}});
   out["seconds"] = r.seconds;
   out["frames_per_second"] = frames_per_second(r);
   if (r.verdict) out["verified"] = verdict_json(r);

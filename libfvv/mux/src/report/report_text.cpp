@@ -359,6 +359,9 @@ void realtime_lines(std::string &out, const RealtimeReport &r) {
   line(out,
        "  delay     %.0f ms (median), %.0f ms (95 %% of the frames), %.0f ms at most; %.0f ms at the start",
        1000 * r.median_delay, 1000 * r.p95_delay, 1000 * r.largest_delay, 1000 * r.start);
+  for (const RealtimeReport::Step &step : r.steps)
+    line(out, "  effort    from frame %lld on step %zu: %s", (long long)step.frame, step.effort,
+         step.text.c_str());
 }
 
 } // namespace

@@ -1,0 +1,1 @@
+"""What happens over a network, and in real time."""
