@@ -185,6 +185,25 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     await page.click("[data-theme-toggle]");
     assert.equal(await ground(), light);
     await page.evaluate(() => localStorage.clear());
+    // A phone's page and the player's help say what a finger does.
+    const help = () =>
+      page.evaluate(() => {
+        const { shadowRoot } = document.querySelector("fvv-player");
+        const texts = [...document.querySelectorAll(".intro span"), ...shadowRoot.querySelectorAll(".panel p span")];
+        return texts.filter((node) => node.checkVisibility()).map(({ textContent }) => textContent);
+      });
+    await page.evaluate(() => document.querySelector("fvv-player").focus());
+    await page.keyboard.press("h");
+    const mouse = await help();
+    assert.equal(mouse.length, 2);
+    assert.ok(mouse.every((text) => /scroll to zoom/.test(text)));
+    const tools = await page.createCDPSession();
+    await tools.send("Emulation.setTouchEmulationEnabled", { enabled: true });
+    await page.waitForFunction(() => matchMedia("(pointer: coarse)").matches);
+    const finger = await help();
+    assert.equal(finger.length, 2);
+    assert.ok(finger.every((text) => /^Swipe sideways/.test(text)));
+    await keep(page, "finger");
     await page.close();
   });
 

@@ -341,7 +341,12 @@ export function helpPanel() {
   const hints = element(
     "p",
     {},
-    "Drag to rotate, with the right button or two fingers to pan, scroll or pinch to zoom. A click plays and pauses.",
+    element(
+      "span",
+      { class: "by-mouse" },
+      "Drag to rotate, with the right button to pan, scroll to zoom. A click plays and pauses.",
+    ),
+    element("span", { class: "by-finger" }, "Swipe sideways to rotate; two fingers move and zoom."),
   );
   return element("div", {}, hints, element("dl", { class: "keys" }, ...rows));
 }

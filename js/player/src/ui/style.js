@@ -140,16 +140,13 @@ canvas.empty {
 .poster.gone {
   opacity: 0;
   visibility: hidden;
-  transition:
-    opacity 0.25s,
-    visibility 0s 0.25s;
+  transition: opacity 0.25s, visibility 0s 0.25s;
 }
 .surface canvas {
   transition: opacity 0.25s;
 }
 .surface.covered canvas {
   opacity: 0;
-  transition: none;
 }
 .middle {
   position: absolute;
@@ -569,6 +566,16 @@ button.text {
 .body p {
   margin: 0 0 10px;
   color: var(--faint);
+}
+@media (pointer: coarse) {
+  .by-mouse {
+    display: none;
+  }
+}
+@media not (pointer: coarse) {
+  .by-finger {
+    display: none;
+  }
 }
 .switch,
 .field {
