@@ -307,6 +307,8 @@ namespace {
 constexpr double cells_of_each = 750, cells_of_runs = 3000;
 // Of these where bytes have to be seen: between cameras more make no difference (docs/encoding/view-loss.md).
 constexpr double cells_by_views = 0.4;
+// Fewer leave parts that none of them shows, where colours are all that there is.
+constexpr size_t cameras_all_round = 6;
 constexpr uint8_t step_of_each = 24, step_of_runs = 12;
 // Occupied cells of side 1 for a surface of area 1.
 constexpr double cells_of_area = 1.15;
@@ -391,9 +393,10 @@ ColourChoice choose_colours(const Plan &plan, const SampledScene &scene) {
     choice.reason = preset_reason(options.preset);
   else {
     choice.on = true;
+    const bool fewer = plan.view.on() && choice.cameras.size() >= cameras_all_round;
     const double usual = plan.has_constant_topology ? cells_of_runs : cells_of_each,
                  cells = options.colour_cells ? options.colour_cells
-                         : plan.view.on()     ? cells_by_views * usual
+                         : fewer              ? cells_by_views * usual
                                               : usual;
     choice.cell_size = cell_size_for(plan, scene, cells);
     choice.step = plan.has_constant_topology ? step_of_runs : step_of_each;
