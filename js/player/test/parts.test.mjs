@@ -86,6 +86,8 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     assert.equal(await ask(() => window.player.readyState), 1, "what is covered is no current data");
     await until(() => window.player.readyState === 4);
     assert.equal(await ask(covered), false);
+    const isHidden = (part) => ask((part) => window.player.shadowRoot.querySelector(part).hidden, part);
+    assert.deepEqual([await isHidden("[part~=big-play]"), await isHidden(".spinner")], [false, true]);
     await seekTo(5);
     // What the network carries is measured, so that "auto" depends on the machine: media.test.mjs tests it.
     for (const rung of [1, 0, 1]) {

@@ -205,7 +205,8 @@ export class Interface {
       !controls || !paused || error !== null || player.wasUsed || readyState < 2 || player.contactSheet.length > 0;
     const isWaiting =
       error === null && player.networkState !== 0 && (readyState < 3 || player.seeking) && !player.ended;
-    if (!isWaiting) {
+    // A button that offers to play needs no spinner beside it: it would be over a picture that is there.
+    if (!isWaiting || !this.#big.hidden) {
       clearTimeout(this.#spinnerTimer);
       this.#spinnerTimer = null;
       this.#spinner.hidden = true;
