@@ -627,7 +627,7 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   frames(): AsyncIterableIterator<Frame>;
   /** null at the end; rejects with a fatal FvvError. */
   next(): Promise<Frame | null>;
-  seek(place: ({ frame: number } | { time: bigint } | { seconds: number }) & { rung?: number }): Promise<void>;
+  seek(place: ({ frame: number } | { time: bigint } | { seconds: number }) & { rung?: number | null }): Promise<void>;
   /** Tracks of video in frames; null: all. Takes effect with the next group at the latest; see frame.tracks. Other tracks
    * are not decoded, and not fetched from hosts that support Range. */
   select(wanted: { tracks: number[] | null }): Promise<void>;
