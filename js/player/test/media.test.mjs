@@ -646,6 +646,20 @@ test("the first frame is seen as it is after a second, when the viewer acts, see
   }
 });
 
+test("a place that is sought at loadedmetadata is reached, while the first frame of a ladder is drawn", async () => {
+  for (const seconds of [1.1, 0.04]) {
+    const world = new World();
+    Object.assign(world, { rung: 2, lastingRung: null, showMs: 30 });
+    const media = world.media();
+    media.addEventListener("loadedmetadata", () => (media.currentTime = seconds));
+    media.load("clip");
+    await linger(world, 200);
+    await world.advance(400);
+    assert.equal(media.seeking, false);
+    assert.equal(world.shown.at(-1).number, Math.floor(25 * seconds + 0.001));
+  }
+});
+
 test("another rung is drawn at once while paused", async () => {
   const { world, media } = await ready();
   await linger(world, 10);

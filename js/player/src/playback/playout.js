@@ -444,6 +444,7 @@ export class Playout {
     const frame = this.#queue.shift();
     const { number, seconds, duration, decodeMs } = frame;
     const isAgain = number === this.shown?.number;
+    const goal = this.#goal;
     const opens = !this.shown && !this.live && frame.rung > 0 && this.decoder.rung === "auto" && this.decoder.seekable;
     const until = this.#seconds(frame.group.end);
     this.#complete = !lacksPictures(frame);
@@ -468,7 +469,8 @@ export class Playout {
     this.shown = { number, seconds, duration, until };
     this.#shownAt = this.#now();
     this.#meter.shown(this.#shownAt, { decodeMs, showMs: this.#shownAt - began });
-    if (opens) return this.#open();
+    // A place that is sought meanwhile is seen as it comes.
+    if (opens && this.#goal === goal) return this.#open();
     if (this.#opening) return this.#opening.came();
     this.#host.shown(this.shown);
     done?.();
