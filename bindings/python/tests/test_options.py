@@ -20,8 +20,8 @@ from fvv.options import OF_CAPTURES, TABLE, option_texts
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 # Of the command alone, and no options of a stream.
 OF_COMMAND = {
-    "capture", "force", "help", "help-all", "json", "merge", "output", "part", "plan", "segments", "version",
-    "write-capture",
+    "capture", "force", "help", "help-all", "idle", "in-place", "json", "max-delay", "merge", "output", "part", "plan", "realtime",
+    "segments", "version", "write-capture",
 }  # fmt: skip
 
 

@@ -116,7 +116,8 @@ def test_every_option_of_fvvmux_has_its_name():
     others = {"help", "help-all", "version", "json", "output", "force", "segments", "cameras"}
     others.add("write-capture")  # a parameter of fvv.mux
     of_parts = {"plan", "part", "merge", "capture"}  # fvv.distributed
-    for word in words - others - of_parts:
+    arriving = {"realtime", "in-place", "max-delay", "idle"}  # fvv.Writer takes frames as they come
+    for word in words - others - of_parts - arriving:
         name = word.replace("-", "_")
         with pytest.raises(fvv.UsageError) as caught:
             fvv.mux("/nowhere", io.BytesIO(), **{name: "?"})
