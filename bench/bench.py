@@ -28,7 +28,7 @@ from gpu import figures as gpu_figures
 from house import figures as house_figures
 from inputs import figures as input_figures
 from inputs import triangles
-from muxing import Muxing
+from muxing import DEMO_OPTIONS, Muxing
 from network import live as live_stream
 from pages import figures as page_figures
 from recordings import calibrate, chain, hull
@@ -380,14 +380,13 @@ def look():
     return browser_decoder.look(path)
 
 
-def game_file():
-    """A second of the demo's game, packed as the demo packs it."""
-    folder, path = WORK / "game", WORK / "game.fvv"
+def ladder_file():
+    """A second of the practice scene, packed as the demo packs its game."""
+    folder, path = WORK / "second", WORK / "second.fvv"
     if not (folder / "capture.json").exists():
         tool("fvvsynth", "-o", folder, "--scene", "practice", "--frames", 25, "--force")
     if not path.exists():
-        packing = ["--scale", 0.75, "--tile-fill", "flat", "--ladder", "1,0.75,0.35"]
-        tool("fvvmux", folder, "-o", path, *packing, "--force")
+        tool("fvvmux", folder, "-o", path, *DEMO_OPTIONS, "--ladder", "1,0.75,0.35", "--force")
     return path
 
 
@@ -428,7 +427,7 @@ def played():
     """The player, timed with the clip of the paper's shape."""
     if not clip_file(42, "h264").exists():
         mux_clip(42, "h264")
-    return player.measure(clip_file(42, "h264"), game_file())
+    return player.measure(clip_file(42, "h264"), ladder_file())
 
 
 def served():

@@ -57,9 +57,9 @@ def speed(clip):
     return figures
 
 
-def first_seconds(game):
-    """game: with a ladder. The first picture that is seen, and how like the finest rung it is where the surface is."""
-    found = node(ROOT / "bench/player.mjs", "--ladder", game)
+def first_seconds(ladder):
+    """ladder: a clip that has one. The first picture that is seen, and how like the finest rung it is where the surface is."""
+    found = node(ROOT / "bench/player.mjs", "--ladder", ladder)
     print(
         f"first picture that is seen, over 8 Mbit/s and 40 ms: {found['ms']:.0f} ms, of rung {found['rung']}, with an SSIM of "
         f"{found['ssim']:.3f} against the finest; its first frame came after {found['coarseMs']:.0f} ms"
@@ -123,8 +123,8 @@ def sound(minutes=1):
     return {figure: value for figure, value in figures.items() if value is not None}
 
 
-def measure(clip, game):
-    """clip: of the paper's shape. game: with a ladder."""
+def measure(clip, ladder):
+    """clip: of the paper's shape. ladder: one that has a ladder."""
     reason = missing()
     if reason:
         print(f"player.* is left out: {reason}")
@@ -132,5 +132,5 @@ def measure(clip, game):
     if not (ROOT / "js/decoder/dist/core.wasm.js").exists():
         browser_decoder.run(ROOT / "js/decoder/wasm/build.sh", ROOT / "build/wasm")
     return (
-        player_renderer.measure() | speed(clip) | first_seconds(game) | speed_in_firefox(clip) | endurance()
+        player_renderer.measure() | speed(clip) | first_seconds(ladder) | speed_in_firefox(clip) | endurance()
     )

@@ -23,8 +23,7 @@ set(FVV_NIGHTLY_TESTS "real: .*" "cli: every_fault" "js: matrix" "cli: linear_ti
   "charts: (degradations|stability)" "conformance: damage" "install: Windows" "charts: quick" "python: write_properties"
   "python: (distributed|orders)" "python: capture (chain|pipeline|calibrate)"
   # The twin with sanitizers replays them in every run.
-  "fuzz: seeds"
-  "nightly: .*")
+  "fuzz: seeds")
 set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js: .* are current")
 set(FVV_WHOLE_TESTS "cli: (faults|max_memory|nesting|style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
   "python: (cluster|threads|notebook|examples|capture .*)" "samples" "install: packages?.*" "fuzz: (mutations|amplification)"

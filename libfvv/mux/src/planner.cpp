@@ -408,7 +408,7 @@ std::vector<GroupSpan> groups_of(const scene::Capture &capture, uint32_t group_s
   int64_t emptied = -1, last = -1; // where the stage became empty since the last frame; place of that
   bool had_mesh = false;
   for (int64_t place = 0; place < frames.places(); place++) {
-    const bool is_empty = capture.meshes && !capture.has_mesh(frames.first + place * frames.step);
+    const bool is_empty = capture.meshes && !capture.has_mesh(frames.number_at(place));
     if (is_empty && had_mesh) {
       emptied = place;
       had_mesh = false;

@@ -333,7 +333,7 @@ std::vector<size_t> named_cameras(const Capture &capture, const std::string &ite
 
 void restrict_frames(Capture &capture, const Range &range) {
   Frames &frames = capture.frames;
-  const int64_t last = frames.first + (frames.places() - 1) * frames.step;
+  const int64_t last = frames.number_at(frames.places() - 1);
   for (const int64_t end : {range.first, range.last})
     if (end < frames.first || end > last || (end - frames.first) % frames.step)
       throw Error(option_name("frames") + ": expected frame numbers of the capture, " +
@@ -341,7 +341,7 @@ void restrict_frames(Capture &capture, const Range &range) {
                       std::to_string(frames.step) + ", found " + std::to_string(end),
                   Error::usage);
   std::set<int64_t> left_out;
-  for (const int64_t place : frames.left_out) left_out.insert(frames.first + place * frames.step);
+  for (const int64_t place : frames.left_out) left_out.insert(frames.number_at(place));
   frames.count = (range.last - range.first) / frames.step + 1;
   frames.first = range.first;
   frames.left_out.clear();

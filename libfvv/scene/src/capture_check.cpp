@@ -367,8 +367,7 @@ private:
   // Files that the pattern would name for frames before the first or after the last.
   void extra_frames(const std::string &subject, const std::string &kind, const Pattern &pattern) {
     if (!pattern.is_numbered()) return;
-    const int64_t first = capture.frames.first,
-                  last = first + (capture.frames.places() - 1) * capture.frames.step;
+    const int64_t first = capture.frames.first, last = capture.frames.number_at(capture.frames.places() - 1);
     int64_t lowest = first, highest = last, extra = 0;
     // The number may be in the name of a folder ("%04d/cam0.png"): list the one around it.
     const std::string sample = pattern.file(0), other = pattern.file(1);

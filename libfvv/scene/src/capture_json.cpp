@@ -271,7 +271,7 @@ fvv_rational read_frame_rate(const JsonValue &value) {
 // An array of frame numbers, and of pairs of the first and the last of a range.
 std::set<int64_t> read_frame_numbers(const JsonValue &value, const Frames &frames) {
   std::set<int64_t> out;
-  const int64_t last = frames.first + (frames.places() - 1) * frames.step;
+  const int64_t last = frames.number_at(frames.places() - 1);
   const auto number = [&](const JsonValue &one) {
     const int64_t found = one.integer(0, INT32_MAX);
     if (found < frames.first || found > last || (found - frames.first) % frames.step)

@@ -117,7 +117,7 @@ std::string meshes_text(const Capture &capture) {
 
 std::string left_out_text(const Frames &frames) {
   std::set<int64_t> numbers;
-  for (const int64_t place : frames.left_out) numbers.insert(frames.first + place * frames.step);
+  for (const int64_t place : frames.left_out) numbers.insert(frames.number_at(place));
   return numbers_text("left_out", numbers, frames.step);
 }
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 import av
 import numpy as np
 import pytest
-from conftest import ROOT, figures, read_json, run
+from conftest import ROOT, figures, read_json, run, small_capture
 from PIL import Image
 from test_damage import chunks_of
 
@@ -96,19 +96,7 @@ def test_films_without_a_whole_frame_have_no_capture(tmp_path):
 def test_a_group_that_lost_its_last_frames_has_none_of_the_next(tmp_path):
     """Without index and GEND a group goes up to the next one, whose frames are those of the next one alone."""
     count, group, left = 12, 6, 4
-    run(
-        "fvvsynth",
-        "--rig",
-        "small",
-        "--cameras",
-        2,
-        "--size",
-        "64x48",
-        "--frames",
-        count,
-        "-o",
-        tmp_path / "in",
-    )
+    small_capture(tmp_path / "in", frames=count)
     run("fvvmux", tmp_path / "in", "-o", tmp_path / "whole.fvv", "--group", group)
     stream, groups = (tmp_path / "whole.fvv").read_bytes(), 0
     kept = bytearray(stream[:24])

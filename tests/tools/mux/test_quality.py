@@ -2,26 +2,14 @@
 
 import numpy as np
 import pytest
-from conftest import figures, run
+from conftest import figures, small_capture
 from PIL import Image
 
 
 @pytest.mark.parametrize("codec", ["av1", "vp9"])
 def test_a_short_last_group_does_not_decide(codec, tmp_path):
     """A group of one frame is coded better than others are: judged by it, AV1 had 37.1 dB."""
-    run(
-        "fvvsynth",
-        "--rig",
-        "small",
-        "--cameras",
-        3,
-        "--size",
-        "160x96",
-        "--frames",
-        11,
-        "-o",
-        tmp_path / "s",
-    )
+    small_capture(tmp_path / "s", frames=11, cameras=3, size="160x96")
     stream = ("-o", tmp_path / "o.fvv", "--quality", "42dB", "--group", 10, "--verify", "--no-meshes")
     found = figures("fvvmux", tmp_path / "s", *stream, "--codec", codec)
     assert found["verified"]["psnr"] > 41.5

@@ -10,7 +10,7 @@ import subprocess
 import time
 
 import pytest
-from conftest import run, tool_path, validate
+from conftest import run, small_capture, tool_path, validate
 
 FRAMES = 12
 ALL = range(FRAMES)
@@ -213,19 +213,7 @@ def test_a_file_that_stays_cut_and_a_picture_of_another_size_cost_their_frames(g
         whole = (show.source / cut).read_bytes()
         (show.folder / cut).write_bytes(whole[: len(whole) // 2])
         show.put(4)
-        run(
-            "fvvsynth",
-            "--rig",
-            "small",
-            "--cameras",
-            2,
-            "--size",
-            "64x48",
-            "--frames",
-            6,
-            "-o",
-            show.folder.parent / "other",
-        )
+        small_capture(show.folder.parent / "other", frames=6)
         show.put(5, but=[other])
         shutil.copy(show.folder.parent / "other" / other, show.folder / "x")
         (show.folder / "x").rename(show.folder / other)
@@ -307,20 +295,7 @@ def test_a_pipe_that_closes_or_is_not_read_is_an_error(grow):
 
 
 def test_what_frames_that_arrive_cannot_have_is_refused(tmp_path):
-    run(
-        "fvvsynth",
-        "--rig",
-        "small",
-        "--cameras",
-        2,
-        "--size",
-        "64x48",
-        "--frames",
-        2,
-        "--sound",
-        "-o",
-        tmp_path / "show",
-    )
+    small_capture(tmp_path / "show", "--sound", frames=2)
     done = run("fvvmux", "--realtime", tmp_path / "show", "-o", tmp_path / "out.fvv", code=2)
     assert done.stderr.endswith("frames that arrive have no sound yet (--no-sound leaves it out)\n")
     done = run("fvvmux", "--realtime", tmp_path / "show", "-o", tmp_path / "out.fvv", "--verify", code=2)

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import run
+from conftest import run, small_capture
 from PIL import Image
 
 OPTIONS = ("--no-pictures", "--max-error", "8mm")
@@ -15,21 +15,7 @@ OPTIONS = ("--no-pictures", "--max-error", "8mm")
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory):
     folder = tmp_path_factory.mktemp("remeshed") / "capture"
-    run(
-        "fvvsynth",
-        "--rig",
-        "small",
-        "--cameras",
-        2,
-        "--size",
-        "64x48",
-        "--frames",
-        4,
-        "--meshes",
-        "remeshed",
-        "-o",
-        folder,
-    )
+    small_capture(folder, "--meshes", "remeshed", frames=4)
     return folder
 
 

@@ -25,7 +25,7 @@ Arrivals::Arrivals(const scene::Capture &from, const RealtimeOptions &given, std
   const Clock::time_point start = last;
   look();
   // What is there already was not made just now: it counts as if it came at the rate of the capture.
-  const double duration = double(capture.frame_duration.numerator) / capture.frame_duration.denominator;
+  const double duration = capture.frame_seconds();
   for (auto &[place, time] : whole)
     time = start + std::chrono::duration_cast<Clock::duration>(
                        std::chrono::duration<double>(duration * double(place - whole.begin()->first)));
@@ -50,7 +50,7 @@ bool Arrivals::has_ended() {
 
 // all: every file that will come is there.
 bool Arrivals::is_whole(const std::function<std::string(int64_t)> &file, int64_t place, bool all) const {
-  const auto at = [&](int64_t of) { return file(capture.frames.first + of * capture.frames.step); };
+  const auto at = [&](int64_t of) { return file(capture.frames.number_at(of)); };
   const std::string own = at(place);
   if (!exists(own)) return false;
   if (options.arrival == Arrival::by_name || all || at(place + 1) == own) return true;
@@ -61,7 +61,7 @@ bool Arrivals::is_whole(const std::function<std::string(int64_t)> &file, int64_t
 }
 
 std::string Arrivals::missing_file(int64_t place, bool all) const {
-  const int64_t number = capture.frames.first + place * capture.frames.step;
+  const int64_t number = capture.frames.number_at(place);
   const auto mesh = [this](int64_t frame) { return capture.mesh_path(frame); };
   if (capture.has_mesh(number) && !is_whole(mesh, place, all)) return mesh(number);
   for (const scene::Camera &camera : capture.cameras) {

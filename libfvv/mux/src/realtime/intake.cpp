@@ -80,7 +80,7 @@ void Intake::push(Item item) {
 void Intake::run() {
   const scene::Frames &frames = capture.frames;
   for (int64_t place = 0; place < frames.places() && !is_closed(); place++) {
-    const int64_t number = frames.first + place * frames.step;
+    const int64_t number = frames.number_at(place);
     if (std::binary_search(frames.left_out.begin(), frames.left_out.end(), place)) {
       push({Item::left_out, number});
       continue;
@@ -98,7 +98,7 @@ void Intake::run() {
 }
 
 Intake::Item Intake::read(int64_t place, const Arrivals::Fate &fate) {
-  const int64_t number = capture.frames.first + place * capture.frames.step;
+  const int64_t number = capture.frames.number_at(place);
   if (fate.kind == Arrivals::Fate::lost) return {Item::lost, number, fate.time, {}, fate.reason};
   if (is_too_late(fate.time)) return {Item::dropped, number, fate.time};
   const Clock::time_point start = Clock::now();

@@ -102,8 +102,7 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
   check_arriving(capture);
   if (!options.group) options.group = realtime_group_size(capture.frame_duration);
   fill_in(options);
-  const double duration = double(capture.frame_duration.numerator) / capture.frame_duration.denominator,
-               group = options.group * duration;
+  const double duration = capture.frame_seconds(), group = options.group * duration;
   // A group fills, and is encoded, after its first frame is read. The first group may take longer: that is
   // when the stream is planned.
   const double oldest = std::max(realtime.most_delay - 2 * group, realtime.most_delay / 4);

@@ -101,7 +101,8 @@ struct Frames {
 
   int64_t places() const { return count + int64_t(left_out.size()); }
   int64_t place(int64_t i) const;
-  int64_t number(int64_t i) const { return first + place(i) * step; }
+  int64_t number(int64_t i) const { return number_at(place(i)); }
+  int64_t number_at(int64_t at) const { return first + at * step; } // at: a place
   std::vector<int64_t> numbers() const;
   // The frames with these numbers are no frames any more.
   void leave_out(const std::set<int64_t> &numbers);
@@ -150,6 +151,7 @@ struct Capture {
   // Of the picture of the atlas, which must be there; where it is in the mesh's file, of that.
   std::string atlas_path(int64_t frame) const;
   bool has_mesh(int64_t frame) const { return meshes && !empty.count(frame); }
+  double frame_seconds() const { return double(frame_duration.numerator) / frame_duration.denominator; }
   // Numbers of the frames that have a mesh.
   std::vector<int64_t> mesh_frames() const;
   // Seconds from the beginning of the animation, which must be there, to a frame number.

@@ -168,7 +168,7 @@ VideoReport match_video(const Capture &capture, const VideoSource &video, const 
   if (!report.met) return report;
   report.mean_offset = sum / double(report.met);
   report.largest_offset = std::fabs(least) > std::fabs(most) ? least : most;
-  const double frame = double(capture.frame_duration.numerator) / capture.frame_duration.denominator;
+  const double frame = capture.frame_seconds();
   // Of jitter a tenth of a frame is still "alike": rounded time stamps have it.
   // Who gives a clock has measured the start as well.
   const bool is_measured = video.clock.numerator != video.clock.denominator;
