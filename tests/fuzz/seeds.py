@@ -264,6 +264,25 @@ def captures(seeds):
                                      "meshes": "m/{frame}.ply", "cameras": [camera]}))  # fmt: skip
 
 
+def frame_pipes(seeds):
+    """Of one camera with masks: a frame, one that is lost, an empty stage; and the same without an end."""
+    camera = {
+        "id": 0, "width": 16, "height": 8, "intrinsics": {"fx": 20, "fy": 20, "cx": 8, "cy": 4},
+        "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "translation": [0, 0, 3], "pictures": "%d.png", "masks": "m%d.png",
+    }  # fmt: skip
+    show = {"fvv_capture": 1, "frame_rate": 25, "frames": {"first": 0, "count": 9}, "units": "metres"}
+    text = json.dumps({**show, "meshes": {"pattern": "%d.ply"}, "cameras": [camera]}).encode()
+    head = b"\x89FVP\r\n\x1a\n" + struct.pack("<2I", 1, len(text)) + text
+    pictures = bytes(range(128)) * 4
+    mesh = struct.pack("<9f3I", 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 2)
+    frame = struct.pack("<4s3I2qQ", b"FRAM", 3, 1, 0, 0, 0, len(mesh + pictures)) + mesh + pictures
+    lost = struct.pack("<4s3I2qQ", b"LOST", 0, 0, 0, 1, 0, 4) + b"late"
+    empty = struct.pack("<4s3I2qQ", b"FRAM", 0, 0, 0, 2, 1, len(pictures)) + pictures
+    end = struct.pack("<4s3I2qQ", b"ENDS", 0, 0, 0, 0, 0, 0)
+    seeds.add("frame_pipe", b"\0" + head + frame + lost + empty + end)
+    seeds.add("frame_pipe", b"\1" + head + frame + empty)
+
+
 def calibrations(seeds):
     colmap = (
         b"# Cameras\n1 OPENCV 640 480 500 500 320 240 0.1 0 0 0\n2 SIMPLE_RADIAL 640 480 500 320 240 0.1\n"
@@ -392,7 +411,7 @@ def main():
     for path in sorted((ROOT / "tests/tools/cli/hostile").glob("*.fvv")):
         from_stream(seeds, path.read_bytes())
         from_tools(seeds, path)
-    for write in (meshes, pictures, captures, calibrations, paths, programs):
+    for write in (meshes, pictures, captures, frame_pipes, calibrations, paths, programs):
         write(seeds)
     print(f"{seeds.count} new seeds in {options.folder}")
 

@@ -28,11 +28,13 @@ void add_realtime_options(CLI::App &app, RealtimeCommand &command) {
   const mux::RealtimeOptions defaults;
   command.max_delay = defaults.most_delay;
   command.idle = defaults.idle;
-  CLI::Option *realtime = app.add_flag(
-      "--realtime", command.on,
-      "CAPTURE is a folder that grows: pack its frames as they arrive, in groups of half a second, with the "
-      "preset live. capture.json is there at the start. Ends after its last frame, with the file capture.end "
-      "beside it, with SIGINT or SIGTERM, or after --idle (docs/guide/live.md)");
+  CLI::Option *realtime =
+      app.add_flag("--realtime", command.on,
+                   "CAPTURE is a folder that grows, or - for frames on standard input (spec/frame-pipe.md): "
+                   "pack frames as "
+                   "they arrive, in groups of half a second, with the preset live. capture.json is there at "
+                   "the start. Ends after its last frame, with the file capture.end "
+                   "beside it, with SIGINT or SIGTERM, or after --idle (docs/guide/live.md)");
   app.add_flag("--in-place", command.in_place,
                "for --realtime: files get their names before they are whole, and count once their source has "
                "a file of a later frame; without it they get their names when they are whole, by renaming")
@@ -62,7 +64,14 @@ cli::Exit run_realtime(const RealtimeCommand &command, const mux::Options &optio
   realtime.most_delay = command.max_delay;
   realtime.idle = command.idle;
   realtime.arrival = command.in_place ? mux::Arrival::by_successor : mux::Arrival::by_name;
-  cli::OutputFile output(path, force, cli::inputs({options.capture}));
+  const bool reads_pipe = options.capture == "-";
+  if (reads_pipe && isatty(STDIN_FILENO))
+    throw Error("-: expected frames (spec/frame-pipe.md) on standard input, found a terminal", Error::usage);
+  if (reads_pipe && command.in_place)
+    throw Error("--in-place: expected a folder, found a pipe", Error::usage);
+  if (reads_pipe) realtime.pipe = STDIN_FILENO;
+  cli::OutputFile output(path, force,
+                         cli::inputs(reads_pipe ? std::vector<std::string>() : std::vector{options.capture}));
   if (!output.is_regular()) output.set_time_out(command.idle);
   mux::Observer observer;
   observer.on_warning = cli::warn;

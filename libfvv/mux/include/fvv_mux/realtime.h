@@ -22,6 +22,9 @@ struct RealtimeOptions {
   Arrival arrival = Arrival::by_name;
   double most_delay = 2; // seconds from the arrival of a frame to the last byte of its group
   double idle = 10;      // seconds without a frame after which the stream ends
+  // If not below 0, a descriptor that is read in place of the capture that options name, as
+  // spec/frame-pipe.md has it; borrowed.
+  int pipe = -1;
 };
 
 // At most half a second.
@@ -46,7 +49,8 @@ const char *name_of(RealtimeEvent::Kind kind);
 // Packs the capture that options name, whose capture.json is there, until its last frame, the end marker, a
 // pause of RealtimeOptions::idle, or until is_stopped returns true; frames that have arrived by then are
 // packed. A group is written as soon as it is encoded. Without Options::group it lasts half a second.
-// Frames that are there at the start count as if they arrived at the capture's rate. sink and on_event are
+// Files that are there at the start count as if they arrived at the capture's rate. A pipe ends with its
+// record ENDS; where it ends otherwise, what was read is packed, and the report warns. sink and on_event are
 // called on the calling thread, is_stopped on another one. Throws Error, also when no frame arrives.
 Report pack_arriving(const Options &options, const RealtimeOptions &realtime, const Sink &sink,
                      const Observer &observer, const std::function<void(const RealtimeEvent &)> &on_event,

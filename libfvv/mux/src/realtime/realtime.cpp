@@ -5,8 +5,10 @@
 #include "mux/src/options/effort_steps.h"
 #include "mux/src/options/option_values.h"
 #include "mux/src/planner.h"
+#include "mux/src/realtime/folder_source.h"
 #include "mux/src/realtime/intake.h"
 #include "mux/src/realtime/pace.h"
+#include "mux/src/realtime/pipe_source.h"
 
 #include <algorithm>
 #include <atomic>
@@ -97,11 +99,17 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
                      const Observer &observer, const std::function<void(const RealtimeEvent &)> &on_event,
                      const std::function<bool()> &is_stopped) {
   Options options = given;
-  scene::Capture capture = scene::load_capture(options.capture, options.inputs, memory_limit_of(options));
+  std::unique_ptr<OpenPipe> pipe;
+  if (realtime.pipe >= 0) pipe = std::make_unique<OpenPipe>(realtime, is_stopped, memory_limit_of(options));
+  scene::Capture capture =
+      pipe ? pipe->frames.capture()
+           : scene::load_capture(options.capture, options.inputs, memory_limit_of(options));
   bool warned = select(capture, options, observer);
   check_arriving(capture);
   if (!options.group) options.group = realtime_group_size(capture.frame_duration);
   fill_in(options);
+  if (pipe && options.codec == FVV_CODEC_OEXR)
+    refuse(capture, "from a pipe have 8 bits a sample, and OpenEXR is for light beyond white");
   const double duration = capture.frame_seconds(), group = options.group * duration;
   // A group fills, and is encoded, after its first frame is read. The first group may take longer: that is
   // when the stream is planned.
@@ -113,7 +121,7 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
       configuration_of(capture), options,
       [&](const void *bytes, size_t size) {
         sink(bytes, size);
-        wrote = true;
+        wrote = begun = true; // nothing is written before the stream is planned
       },
       observer);
   RealtimeReport out;
@@ -123,8 +131,13 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
   bool added = false, gave_up = false, begun_before = false;
   Pace pace(effort_steps);
   {
-    Intake intake(capture, options, realtime, options.group, is_stopped,
-                  [&](Clock::time_point arrival) { return begun && age_of(arrival) > oldest; });
+    const auto is_too_late = [&](Clock::time_point arrival) { return begun && age_of(arrival) > oldest; };
+    std::unique_ptr<FrameSource> source;
+    if (pipe)
+      source = std::make_unique<PipeSource>(std::move(pipe), capture, options, is_too_late);
+    else
+      source = std::make_unique<FolderSource>(capture, options, realtime, is_stopped, is_too_late);
+    Intake intake(std::move(source), options.group);
     for (Intake::Item item = intake.next();; item = intake.next()) {
       observer.check_cancelled();
       const auto tell = [&](RealtimeEvent::Kind kind, const std::string &text) {
@@ -151,7 +164,6 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
       encoder.add(std::move(item.content));
       added = true;
       if (!wrote) continue;
-      begun = true;
       observer.progress(waiting.size());
       for (const Clock::time_point &arrival : waiting) delays.add(age_of(arrival));
       const size_t former = pace.step();
