@@ -16,6 +16,7 @@ ORDER = (
     "texture",
     "visibility",
     "hull",
+    "chain",
     "cameras",
     "rungs",
     "groups",

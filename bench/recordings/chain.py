@@ -1,19 +1,20 @@
 #!/usr/bin/env python3
-"""How good a stream is that fvvcapture makes of films alone, against one made of the truth.
+"""How good a stream is that fvvcapture makes of films alone, and what each stage costs: with the truth in place of one stage at a time.
 
 fvvsynth --footage films a session: a board, the empty stage, and the action, by 11 cameras with noise, unlike exposure, lenses and
-clocks. fvvcapture gets these films and the size of the board, nothing else. A twelfth camera, oval2, films nothing for it. fvvrender
-draws what that camera sees, from the stream of fvvcapture and from one of the true meshes, masks and calibration with the same
-films. Both are compared with its true picture: PSNR of BT.709 luma over the pixels of its true silhouette, squared errors pooled
-over the frames. What the mesh does not cover counts as it is drawn, grey.
+clocks. fvvcapture gets these films and the size of the board, and where a row says so the true calibration or the true silhouettes. A
+twelfth camera, oval2, films nothing for it. fvvrender draws what that camera sees, and the picture is compared with its true one: PSNR
+of BT.709 luma over the pixels of its true silhouette, squared errors pooled over the frames. What the mesh does not cover counts as it
+is drawn, grey. Clocks that agree are those of a session of its own (--late 0), which is alike in all else.
 
 The world that fvvcapture finds has another origin and other axes than the true one. The similarity between them is found from the
 centres of the 11 cameras (Umeyama, "Least-squares estimation of transformation parameters between two point patterns", 1991), and
 the calibration of oval2 is brought into the world of fvvcapture.
 
-    python bench/recordings/chain.py
+    python bench/recordings/chain.py [rows]
 
-prints the figures. Pictures are in build/bench/chain: of each frame the truth, and what was drawn from either stream.
+prints the figures, or all rows as JSON (./run charts chain). Pictures are in build/bench/chain: of each frame the truth, and what was
+drawn of each row.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image
@@ -31,13 +33,41 @@ from PIL import Image
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build/default"
 WORK = ROOT / "build/bench/chain"
-SHOOT = WORK / "shoot"
 FRAMES = 8, 15  #: First and last; the clap and its flash are before.
 DRAWN = range(8, 16)
 #: Cells that fvvmux need not thin out for long.
 HULL = "--cell", "12mm", "--up", "+y", "--floor", "0", "--least-views", "4"
 HELD_OUT = 1000  #: A camera's id that no other has.
+TRUE_HELD_OUT = 2  #: The same camera's in the truth.
 UNSEEN = 128  #: Grey of what no camera shows, and of what is not covered.
+OFF = 0.02  #: Metres in depth beyond which a pixel shows another place.
+
+
+class Row(NamedTuple):
+    """What each stage is made of."""
+
+    calibration: str  #: "true" or "found" from the board.
+    clocks: str  #: "agree", or "real": up to 40 ms late, found by sound.
+    silhouettes: str  #: "true" or "keyed"; "-" where the surface is the true one.
+    surface: str  #: "true", "hull" or "refined".
+
+    @property
+    def name(self) -> str:
+        return "-".join(self).replace("---", "-")
+
+
+ROWS = (
+    Row("true", "agree", "-", "true"),
+    Row("true", "real", "-", "true"),
+    Row("true", "agree", "true", "hull"),
+    Row("true", "agree", "true", "refined"),
+    Row("true", "real", "true", "hull"),
+    Row("true", "real", "true", "refined"),
+    Row("true", "real", "keyed", "hull"),
+    Row("true", "real", "keyed", "refined"),
+    Row("found", "real", "keyed", "hull"),
+    Row("found", "real", "keyed", "refined"),
+)
 
 
 def called(command: list[object], expected: tuple[int, ...] = (0, 3)) -> str:
@@ -106,47 +136,135 @@ def luma(path: pathlib.Path) -> np.ndarray:
     return np.asarray(Image.open(path).convert("RGB")).astype(float) @ [0.2126, 0.7152, 0.0722]
 
 
-def held_out_psnr(stream: pathlib.Path, camera: int, first: int) -> float:
-    """dB. first: number of the stream's first frame."""
-    errors = []
+def depths(path: pathlib.Path) -> np.ndarray:
+    """Metres along the axis of the camera; infinite where nothing is."""
+    sys.path[:0] = [str(ROOT / "tests/tools"), str(ROOT / "conformance")]
+    from pictures import read_exr
+
+    return read_exr(path)["Z"]
+
+
+def shot(clocks: str) -> pathlib.Path:
+    """The session that fvvsynth films."""
+    folder = WORK / f"shoot-{clocks}"
+    if not folder.exists():
+        late = ("--late", 0) if clocks == "agree" else ()
+        tool("fvvsynth", "--footage", "-o", folder, "--frames", FRAMES[1] + 3, *late)
+    return folder
+
+
+def masks(shoot: pathlib.Path) -> pathlib.Path:
+    """The true masks of the cameras that film, without those of the camera held out beside its pictures."""
+    folder = shoot / "masks"
+    folder.mkdir(exist_ok=True)
+    for film in (shoot / "performance").iterdir():
+        if not (folder / film.stem).exists():
+            (folder / film.stem).symlink_to(shoot / "truth" / film.stem)
+    return folder
+
+
+def captured(row: Row) -> tuple[pathlib.Path, float, float]:
+    """The capture of a row with the camera held out, the error of its cameras' centres in metres, and seconds of a frame."""
+    shoot, folder = shot(row.clocks), WORK / row.name
+    truth = shoot / "truth/capture.json"
+    options = ["--surface", row.surface]
+    if row.calibration == "true":
+        options += ["--calibration", truth]
+    else:
+        board = json.loads((shoot / "truth/truth.json").read_text())["board"]
+        options += ["--walk", shoot / "board", "--board", f"{board['columns']}x{board['rows']}",
+                    "--square", board["square"], "--marker", board["marker"], "--dictionary", board["dictionary"],
+                    "--on-floor", 0]  # fmt: skip
+    if row.silhouettes == "true":
+        options += ["--masks", masks(shoot)]
+    else:
+        options += ["--plate", shoot / "plate"]
+    if row.clocks == "real":
+        options += ["--synchronise", "sound"]
+    fvvcapture(shoot / "performance", "--frames", f"{FRAMES[0]}-{FRAMES[1]}", *HULL, *options, "-o", folder)
+    path, error = with_held_out(folder / "capture.json", truth)
+    spent = json.loads((folder / "report.json").read_text())["seconds"]["of_frames"]
+    return path, error, sum(spent.values()) / len(DRAWN)
+
+
+def drawn(row: Row, capture: pathlib.Path, camera: int) -> dict[str, float]:
+    """Of what the camera held out sees: PSNR in dB; shares of the pixels that are not covered, and that are off in depth, and of the
+    squared error in both."""
+    stream, truth = WORK / f"{row.name}.fvv", shot(row.clocks) / "truth/oval2"
+    tool("fvvmux", capture, "-o", stream, "--frames", f"{FRAMES[0]}-{FRAMES[1]}", "--match-colours", "on")
+    grey = ",".join([str(UNSEEN)] * 3)
+    errors, bare, off = [], [], []
     for frame in DRAWN:
-        drawn = stream.with_name(f"{stream.stem}-{frame:04d}.png")
-        grey = ",".join([str(UNSEEN)] * 3)
-        tool("fvvrender", stream, "-o", drawn, "--frame", frame - first, "--camera", camera, "--leave-one-out",
-             "--background", grey, "--unseen", grey, "--no-environment", "--force")  # fmt: skip
-        true = SHOOT / f"truth/oval2/{frame:04d}.png"
-        shutil.copy(true, stream.with_name(f"picture-{frame:04d}.png"))
+        head = WORK / f"{row.name}-{frame:04d}"
+        picture, depth = head.with_suffix(".png"), head.with_suffix(".exr")
+        tool("fvvrender", stream, "-o", picture, "--frame", frame - FRAMES[0], "--camera", camera, "--leave-one-out",
+             "--background", grey, "--unseen", grey, "--no-environment", "--depth", depth, "--force")  # fmt: skip
+        true = truth / f"{frame:04d}.png"
+        shutil.copy(true, WORK / f"picture-{frame:04d}.png")
         inside = np.asarray(Image.open(true.with_name(f"mask_{frame:04d}.png"))) > 127
-        errors.append((luma(drawn) - luma(true))[inside])
-    return float(10 * np.log10(255**2 / (np.concatenate(errors) ** 2).mean()))
-
-
-def chain() -> dict[str, float]:
-    """The figures: PSNR of the camera held out in dB, its loss against the truth, and the error of the cameras' places in
-    millimetres."""
-    shutil.rmtree(WORK, ignore_errors=True)
-    WORK.mkdir(parents=True)
-    tool("fvvsynth", "--footage", "-o", SHOOT, "--frames", FRAMES[1] + 3)
-    truth = SHOOT / "truth/capture.json"
-    board = json.loads((SHOOT / "truth/truth.json").read_text())["board"]
-    captured = WORK / "captured"
-    fvvcapture(SHOOT / "performance", "--walk", SHOOT / "board", "--board", f"{board['columns']}x{board['rows']}",
-               "--square", board["square"], "--marker", board["marker"], "--dictionary", board["dictionary"], "--on-floor", 0,
-               "--plate", SHOOT / "plate", "--synchronise", "sound", "--frames", f"{FRAMES[0]}-{FRAMES[1]}", *HULL,
-               "-o", captured)  # fmt: skip
-    estimated, error = with_held_out(captured / "capture.json", truth)
-    psnr = {}
-    for name, capture, camera in [("estimated", estimated, HELD_OUT), ("true", truth, 2)]:
-        stream = WORK / f"{name}.fvv"
-        tool("fvvmux", capture, "-o", stream, "--frames", f"{FRAMES[0]}-{FRAMES[1]}", "--match-colours", "on")
-        psnr[name] = held_out_psnr(stream, camera, FRAMES[0])
+        errors.append(((luma(picture) - luma(true))[inside]) ** 2)
+        there, right = (depths(path)[inside] for path in (depth, depth_of_truth(row.clocks, frame)))
+        bare.append(~np.isfinite(there))
+        both = np.isfinite(there) & np.isfinite(right)
+        off.append(both & (np.abs(np.where(both, there, 0) - np.where(both, right, 0)) > OFF))
+    error, uncovered, wrong = (np.concatenate(parts) for parts in (errors, bare, off))
     return {
-        "chain.held_out_psnr_db": round(psnr["estimated"], 2),
-        "chain.held_out_psnr_loss_db": round(psnr["true"] - psnr["estimated"], 2),
-        "chain.centre_mm": round(1000 * error, 2),
+        "psnr_db": float(10 * np.log10(255**2 / error.mean())),
+        "uncovered": float(uncovered.mean()),
+        "uncovered_error": float(error[uncovered].sum() / error.sum()),
+        "off": float(wrong.mean()),
+        "off_error": float(error[wrong].sum() / error.sum()),
     }
 
 
+def depth_of_truth(clocks: str, frame: int) -> pathlib.Path:
+    """What was drawn from the true surface."""
+    return WORK / f"{Row('true', clocks, '-', 'true').name}-{frame:04d}.exr"
+
+
+def measured(row: Row) -> dict[str, float]:
+    """What `drawn` has; of rows that fvvcapture made also centre_mm and seconds, of a frame on one processor. Rows of the true surface
+    come first."""
+    if row.surface == "true":
+        return drawn(row, shot(row.clocks) / "truth/capture.json", TRUE_HELD_OUT)
+    capture, error, seconds = captured(row)
+    return {**drawn(row, capture, HELD_OUT), "centre_mm": 1000 * error, "seconds": seconds}
+
+
+def ablation(rows: tuple[Row, ...] = ROWS) -> list[dict[str, object]]:
+    """Rows with what was measured."""
+    shutil.rmtree(WORK, ignore_errors=True)
+    WORK.mkdir(parents=True)
+    return [{**row._asdict(), **measured(row)} for row in rows]
+
+
+def figures(rows: list[dict[str, object]]) -> dict[str, float]:
+    """PSNR of the camera held out in dB and its losses, the error of the cameras' places in millimetres, and processor time."""
+    by = {Row(*(row[field] for field in Row._fields)): row for row in rows}
+    psnr = {row: one["psnr_db"] for row, one in by.items()}
+    default, best = (Row("found", "real", "keyed", surface) for surface in ("hull", "refined"))
+    true = Row("true", "real", "-", "true")
+    masked, keyed = (Row("true", "real", kind, "refined") for kind in ("true", "keyed"))
+    out = {
+        "chain.held_out_psnr_db": psnr[default],
+        "chain.refined_psnr_db": psnr[best],
+        "chain.held_out_psnr_loss_db": psnr[true] - psnr[default],
+        "chain.keying_loss_db": psnr[masked] - psnr[keyed],
+        "chain.shape_loss_db": psnr[true] - psnr[masked],
+        "chain.centre_mm": by[default]["centre_mm"],
+        "surface.seconds_per_frame": by[best]["seconds"],
+    }
+    return {name: round(value, 2) for name, value in out.items()}
+
+
+def chain() -> dict[str, float]:
+    """The part "chain" of ./run bench: the rows that its figures are of."""
+    return figures(ablation(tuple(row for row in ROWS if row.clocks == "real")))
+
+
 if __name__ == "__main__":
-    for figure, value in chain().items():
-        print(f"{figure:32} {value:>12}")
+    if sys.argv[1:] == ["rows"]:
+        print(json.dumps(ablation()))
+    else:
+        for figure, value in chain().items():
+            print(f"{figure:32} {value:>12}")

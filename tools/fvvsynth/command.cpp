@@ -138,6 +138,11 @@ void Command::add_footage(CLI::App &app) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str()
       ->needs(footage);
+  app.add_option("--late", shoot.late, "Clocks of cameras are late by less than this; 0: not at all")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->type_name("SECONDS")
+      ->needs(footage);
 }
 
 void Command::add_running(CLI::App &app) {

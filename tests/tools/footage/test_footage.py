@@ -179,6 +179,19 @@ def test_the_truth_makes_a_stream(session, truth, tmp_path):
     assert drawn[~inside].mean() < 5
 
 
+def test_clocks_that_agree(tmp_path):
+    folder = tmp_path / "shoot"
+    run("fvvsynth", "-o", folder, "--footage", "--size", "96x54", "--frames", 1, "--poses", 2, "--late", 0)
+    capture, other = (
+        json.loads((folder / "truth" / name).read_text()) for name in ("capture.json", "truth.json")
+    )
+    assert {camera["late"] for camera in other["cameras"].values()} == {0}
+    assert capture["frames"] == {"first": 0, "count": 1}
+    assert other["board"]["frames_of_pose"] == 1
+    # Each film shows what the truth has at the same number.
+    assert {c["masks"]["offset"] for c in capture["cameras"] if c["name"] != "oval2"} == {0}
+
+
 @pytest.mark.long
 def test_bytes_do_not_depend_on_threads(tmp_path):
     small = ["--footage", "--size", "96x54", "--frames", 3, "--poses", 2]
@@ -205,7 +218,7 @@ def test_options_that_do_not_go_together(tmp_path, arguments, message):
     assert not (tmp_path / "out").exists()
 
 
-def test_poses_need_footage(tmp_path):
-    assert (
-        "--poses requires --footage" in run("fvvsynth", "-o", tmp_path / "out", "--poses", 3, code=2).stderr
-    )
+@pytest.mark.parametrize("option", ["--poses", "--late"])
+def test_options_that_need_footage(tmp_path, option):
+    done = run("fvvsynth", "-o", tmp_path / "out", option, 1, code=2)
+    assert f"{option} requires --footage" in done.stderr

@@ -43,14 +43,15 @@ struct Filmer {
 // the truth.
 constexpr const char *reference = "head0";
 
-std::vector<Filmer> filmers(const Scene &scene) {
+std::vector<Filmer> filmers(const Scene &scene, double latest) {
   Random random(scene.settings().seed ^ 0xc10c);
   std::vector<Filmer> out;
   for (size_t i = 0; i < scene.cameras().size(); i++) {
     const fvv_camera &camera = scene.cameras()[i];
     const std::string name(camera.name, camera.name_size);
     if (name == overhead || name == held_out) continue;
-    const uint32_t late = random.below(uint32_t(latest_clock * sound_rate));
+    const auto most = uint32_t(latest * sound_rate);
+    const uint32_t late = most > 0 ? random.below(most) : 0;
     out.push_back({i, name, name == reference ? 0 : late});
   }
   return out;
@@ -69,7 +70,7 @@ struct Session {
   }
   // Frames by which the slowest clock may be late, rounded up.
   size_t most_late() const {
-    return size_t(std::ceil(latest_clock * shoot.rate.numerator / shoot.rate.denominator));
+    return size_t(std::ceil(shoot.late * shoot.rate.numerator / shoot.rate.denominator));
   }
   // Of every pose: all cameras have at least one frame of it in common.
   size_t frames_of_pose() const { return most_late() + 1; }
@@ -256,18 +257,18 @@ Json other_truth(const Session &session) {
 } // namespace
 
 void write_footage(const Scene &scene, const Shoot &shoot, cli::OutputFolder &folder) {
-  const std::vector<Filmer> cameras = filmers(scene);
+  const std::vector<Filmer> cameras = filmers(scene, shoot.late);
   const std::vector<BoardPose> walk = board_walk(scene.settings().seed, shoot.poses);
   size_t held_out_number = 0;
   while (std::string(scene.cameras()[held_out_number].name, scene.cameras()[held_out_number].name_size) !=
          held_out)
     held_out_number++;
-  const size_t late = size_t(std::ceil(latest_clock * shoot.rate.numerator / shoot.rate.denominator));
+  const Session session = {scene, shoot, folder, cameras, walk};
+  const size_t late = session.most_late();
   if (shoot.frames <= late)
     throw Error("--frames: expected more than " + std::to_string(late) +
                     " with --footage, by which clocks differ, found " + std::to_string(shoot.frames),
                 Error::usage);
-  const Session session = {scene, shoot, folder, cameras, walk};
   const std::vector<float> heard = sound(session);
   // The longest pieces first.
   const size_t count = cameras.size(), pieces = 3 * count + shoot.frames - late;

@@ -10,13 +10,11 @@ namespace fvv::synth {
 struct Shoot {
   uint32_t frames = 50; // of the action
   uint32_t poses = 60;  // of the board
+  double late = 0.04;   // seconds; clocks of cameras differ by less, or not at all with 0
   FrameRate rate;
   Realism realism; // without labels and claps: the action has one clap
   uint32_t threads = 1;
 };
-
-// Clocks of cameras differ by less than this, seconds.
-constexpr double latest_clock = 0.04;
 
 // The camera that films nothing for the session: its pictures are among the truth.
 constexpr const char *held_out = "oval2";
