@@ -317,7 +317,7 @@ def _make_frame(work: Work, frame: int, names: Sequence[str]) -> FrameResult:
         if work.options.refined:
             footage = _second_footage(work.description)
             pictures = [_picture(footage, i, frame) for i in there]
-            made = dataclasses.replace(made, positions=refine_surface.refine(made, seeing, pictures))
+            made = dataclasses.replace(made, positions=refine_surface.refine(made, seeing, pictures, own))
         match = (
             [None] * len(seeing) if empty else hull.silhouette_iou(made.positions, made.indices, seeing, own)
         )

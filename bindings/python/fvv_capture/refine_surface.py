@@ -4,7 +4,8 @@ Each vertex may move along its normal into the hull. At every step the colours t
 its neighbours (the surface's own patch, as Furukawa and Ponce 2010 and Starck and Hilton 2007 do). The steps of all vertices are
 chosen together, so that neighbours move alike: a Markov random field over the mesh, by min-sum belief propagation with a truncated
 linear cost (Felzenszwalb and Huttenlocher 2006). Moving costs a little, as the balloon of Vogiatzis, Torr and Cipolla 2005 does:
-where the pictures say nothing the hull stays. Lengths are in cells of the hull."""
+where the pictures say nothing the hull stays. Silhouettes are a bound from within, too: where one is no longer filled, the vertex before it
+that loses least goes back. Lengths are in cells of the hull."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from fvv.interop.optional_import import optional_import
 from numpy.typing import NDArray
 
 from .arrays import Floats
-from .hull import Grid, Hull
+from .hull import Grid, Hull, coverage
 
 cv2: Any = optional_import("cv2", "capture")
 sparse: Any = optional_import("scipy.sparse", "capture")
@@ -44,6 +45,14 @@ BALLOON = 0.5
 STIFFNESS = 2.0
 TEAR = 20.0
 ROUNDS = 10
+#: Times that vertices are put back for silhouettes that they no longer fill, and rounds after each.
+TURNS = 3
+MORE_ROUNDS = 4
+#: Pixels by which an outline may shrink.
+TOLERANCE = 1
+#: Pixels from one that is lost within which a vertex of the hull may fill it, and cells between those that stay for a stretch of outline.
+NEAR = 1
+REACH = 1.0
 #: Places that are not inside the hull.
 FORBIDDEN = 1e3
 #: Samples that two cameras need in common for their exposures to be compared, and for them to be a pair.
@@ -56,11 +65,12 @@ def refine(
     found: Hull,
     cameras: Sequence[Camera],
     pictures: Sequence[NDArray[numpy.uint8]],
+    masks: Sequence[NDArray[Any]],
 ) -> Doubles:
     """The positions (V, 3) of a hull's vertices, moved inwards along their normals by at most STEP * STEPS cells.
 
-    pictures: (height, width, 3) of each camera, at one moment; exposures may differ by a factor for each channel. None of them
-    moves out of the hull; hulls are smooth within 2 cells, finer shapes are not found."""
+    pictures: (height, width, 3) of each camera, at one moment; exposures may differ by a factor for each channel. masks: what the hull was
+    carved of, which its surface goes on filling. No vertex moves out of the hull; hulls are smooth within 2 cells, finer shapes are not found."""
     positions = numpy.asarray(found.positions, numpy.float64)
     faces = numpy.asarray(found.indices, numpy.int64)
     if not len(faces) or len(cameras) < 2:
@@ -78,11 +88,25 @@ def refine(
     cost = _disagreement(soft, cameras, positions, normals, facing, depths, patch)
     cost += numpy.float32(BALLOON) * numpy.arange(len(depths), dtype=numpy.float32)
     cost[~inside] = FORBIDDEN
-    depth = _least(_beliefs(cost, links)) * (STEP * cell)
-    for _ in range(3):
-        depth = mean @ depth
     deepest = depths[inside.sum(axis=1) - 1]
-    moved: Doubles = positions - normals * numpy.minimum(depth, deepest)[:, None]
+    field = _Field(links)
+    kept = numpy.zeros(len(positions), bool)
+    bound = _Bound(found, cameras, masks)
+    for turn in range(TURNS + 1):
+        beliefs = field.beliefs(cost, ROUNDS if turn == 0 else MORE_ROUNDS)
+        depth = _least(beliefs) * (STEP * cell)
+        depth[kept] = 0
+        for _ in range(3):
+            depth = mean @ depth
+            depth[kept] = 0
+        moved: Doubles = positions - normals * numpy.minimum(depth, deepest)[:, None]
+        if turn == TURNS:
+            break
+        more = bound.opened(moved, beliefs[:, 0] - beliefs.min(axis=1)) & ~kept
+        if not more.any():
+            break
+        kept |= more
+        cost[kept, 1:] = FORBIDDEN
     return moved
 
 
@@ -228,29 +252,85 @@ def _disagreement(
     return out
 
 
-def _beliefs(cost: Floats, links: Any) -> Floats:
-    """(V, D) min-sum beliefs of the costs, after ROUNDS of messages between neighbours, halved with the former ones."""
-    links = links.tocoo()
-    order = numpy.lexsort((links.row, links.col))
-    source, target = links.row[order], links.col[order]
-    count, edges = len(cost), len(order)
-    # Links come in pairs: sorted by source, then target, the place of each is that of its opposite.
-    back = numpy.lexsort((target, source))
-    first = numpy.concatenate([[0], numpy.cumsum(numpy.bincount(target, minlength=count))])
-    gather = sparse.csr_matrix((numpy.ones(edges, numpy.float32), numpy.arange(edges), first), (count, edges))
-    messages = numpy.zeros((edges, cost.shape[1]), numpy.float32)
-    for _ in range(ROUNDS):
-        told = (cost + gather @ messages)[source] - messages[back]
-        told -= told.min(axis=1, keepdims=True)
-        for k in range(1, told.shape[1]):
-            numpy.minimum(told[:, k], told[:, k - 1] + STIFFNESS, out=told[:, k])
-        for k in range(told.shape[1] - 2, -1, -1):
-            numpy.minimum(told[:, k], told[:, k + 1] + STIFFNESS, out=told[:, k])
-        numpy.minimum(told, TEAR, out=told)
-        told -= told.mean(axis=1, keepdims=True)
-        messages = 0.5 * (messages + told)
-    out: Floats = cost + gather @ messages
-    return out
+class _Bound:
+    """What the silhouettes say of a surface within the hull: each of their pixels that the hull covers stays covered."""
+
+    def __init__(self, found: Hull, cameras: Sequence[Camera], masks: Sequence[NDArray[Any]]) -> None:
+        self._cameras, self._faces = cameras, found.indices
+        positions = numpy.asarray(found.positions, numpy.float64)
+        self._wanted = [
+            cv2.erode(
+                numpy.where(numpy.asarray(mask) > 0, coverage(positions, found.indices, camera), 0),
+                _box(TOLERANCE),
+            )
+            > 0
+            for camera, mask in zip(cameras, masks)
+        ]
+        self._pixels = [camera.project(positions) for camera in cameras]
+        away = [max(1e-9, float(numpy.median(camera.depth(positions)))) for camera in cameras]
+        reach = REACH * found.grid.cell
+        self._side = [max(1, round(reach * float(c.K[0, 0]) / z)) for c, z in zip(cameras, away)]
+
+    def opened(self, moved: Doubles, regret: Floats) -> Flags:
+        """(V,) vertices that must stay on the hull for pixels that a surface no longer covers: of those before each the one that
+        loses least."""
+        out = numpy.zeros(len(moved), bool)
+        for camera, wanted, pixels, side in zip(self._cameras, self._wanted, self._pixels, self._side):
+            lost = wanted & (coverage(moved, self._faces, camera) == 0)
+            if not lost.any():
+                continue
+            height, width = lost.shape
+            there = numpy.isfinite(pixels).all(axis=1)
+            place = numpy.zeros(pixels.shape, numpy.int64)
+            place[there] = numpy.floor(pixels[there])
+            there &= (place >= 0).all(axis=1) & (place[:, 0] < width) & (place[:, 1] < height)
+            near = cv2.dilate(lost.astype(numpy.uint8), _box(NEAR)) > 0
+            there[there] = near[place[there, 1], place[there, 0]]
+            own = numpy.flatnonzero(there)
+            bins = (place[own, 1] // side) * (width // side + 1) + place[own, 0] // side
+            order = numpy.lexsort((regret[own], bins))
+            first = numpy.unique(bins[order], return_index=True)[1]
+            out[own[order[first]]] = True
+        return out
+
+
+def _box(reach: int) -> NDArray[numpy.uint8]:
+    return numpy.ones((2 * reach + 1, 2 * reach + 1), numpy.uint8)
+
+
+class _Field:
+    """Min-sum belief propagation between neighbours, which goes on from the messages of before."""
+
+    def __init__(self, links: Any) -> None:
+        links = links.tocoo()
+        order = numpy.lexsort((links.row, links.col))
+        self._source, target = links.row[order], links.col[order]
+        count, edges = links.shape[0], len(order)
+        # Links come in pairs: sorted by source, then target, the place of each is that of its opposite.
+        self._back = numpy.lexsort((target, self._source))
+        first = numpy.concatenate([[0], numpy.cumsum(numpy.bincount(target, minlength=count))])
+        ones = numpy.ones(edges, numpy.float32)
+        self._gather = sparse.csr_matrix((ones, numpy.arange(edges), first), (count, edges))
+        self._messages: Floats | None = None
+
+    def beliefs(self, cost: Floats, rounds: int) -> Floats:
+        """(V, D) of the costs, after rounds of messages, halved with the former ones."""
+        messages = self._messages
+        if messages is None:
+            messages = numpy.zeros((len(self._source), cost.shape[1]), numpy.float32)
+        for _ in range(rounds):
+            told = (cost + self._gather @ messages)[self._source] - messages[self._back]
+            told -= told.min(axis=1, keepdims=True)
+            for k in range(1, told.shape[1]):
+                numpy.minimum(told[:, k], told[:, k - 1] + STIFFNESS, out=told[:, k])
+            for k in range(told.shape[1] - 2, -1, -1):
+                numpy.minimum(told[:, k], told[:, k + 1] + STIFFNESS, out=told[:, k])
+            numpy.minimum(told, TEAR, out=told)
+            told -= told.mean(axis=1, keepdims=True)
+            messages = 0.5 * (messages + told)
+        self._messages = messages
+        out: Floats = cost + self._gather @ messages
+        return out
 
 
 def _least(beliefs: Floats) -> Doubles:
