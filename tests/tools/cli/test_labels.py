@@ -67,7 +67,9 @@ def test_a_shorter_form_is_of_an_entry_that_the_whole_run_has():
 def test_no_entry_writes_into_the_checkout():
     # Cases that write files of conformance/ again are run by hand: beside a test that reads such a file, they would empty it.
     sources = [p.read_text() for p in (ROOT / "tests").rglob("*_test.cpp")]
-    makers = [name for text in sources for name in re.findall(r'TEST_CASE\("([^"]*)",\s*"[^"]*\[make\]', text)]
+    makers = [
+        name for text in sources for name in re.findall(r'TEST_CASE\("([^"]*)",\s*"[^"]*\[make\]', text)
+    ]
     assert len(makers) >= 9
     assert not [test["name"] for test in listed() if test["name"].split(".", 1)[-1] in makers]
     patterns = [word for test in listed() for word in test.get("command", []) if word.startswith("~[")]
