@@ -31,6 +31,7 @@ struct Outputs {
   std::string stream;   // "-": standard output
   std::string segments; // folder
   std::string capture;  // capture.json
+  std::string report;   // page
   bool force = false;
 };
 
@@ -43,6 +44,11 @@ void add_files(CLI::App &app, std::string &capture, Outputs &outputs) {
   app.add_option("--write-capture", outputs.capture,
                  "write the capture.json that inputs such as --meshes stand for; -o may be left out then")
       ->type_name("FILE.json");
+  app.add_option(
+         "--report", outputs.report,
+         "write the summary as a page for browsers besides, with charts of what the bytes are of and of "
+         "what --view-loss tried (docs/encoding/view-loss.md)")
+      ->type_name("FILE.html");
   app.add_option(
          "--segments", outputs.segments,
          "write the stream as a folder besides: configuration, a file for each group, manifest.json, for "
@@ -175,6 +181,8 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
     capture.emplace(outputs.capture, outputs.force, captured);
     write_capture(options, outputs.capture, *capture);
   }
+  std::optional<cli::OutputFile> page;
+  if (!outputs.report.empty()) page.emplace(outputs.report, outputs.force, captured);
   std::optional<cli::Progress> progress;
   mux::Observer observer;
   observer.on_warning = cli::warn;
@@ -192,6 +200,11 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
   std::optional<WrittenSegments> segments;
   std::vector<cli::Output *> all = {&output};
   if (capture) all.push_back(&*capture);
+  if (page) {
+    const std::string text = mux::report_html(report, outputs.stream, Spelling::command_line);
+    page->write(text.data(), text.size());
+    all.push_back(&*page);
+  }
   if (folder) {
     segments = write_segments(InputFile(output.written(), outputs.stream), outputs.segments, *folder);
     all.push_back(&*folder);
@@ -255,6 +268,7 @@ int main(int argc, char **argv) {
     if (options.capture.empty() && !given.is_given("meshes")) throw CLI::RequiredError("CAPTURE or --meshes");
     if (outputs.stream.empty() && !cuts && !describes && !command.is_given())
       throw CLI::RequiredError("--output");
+    if (outputs.stream.empty() && !outputs.report.empty()) throw CLI::RequiredError("--output");
     if (!outputs.stream.empty() && cuts) throw CLI::ExcludesError("--output", "--segments of a .fvv file");
   } catch (const CLI::ParseError &error) {
     return cli::end_of_parsing(app, error);

@@ -182,7 +182,8 @@ void check_part_options(const CLI::App &app, const PartCommand &command) {
   const std::set<std::string> more = command.merge
                                          ? std::set<std::string>{"--merge", "--output"}
                                          : std::set<std::string>{"--part", "--capture", "--threads"};
-  const std::set<std::string> never = {"--output", "--segments", "--verify", "--write-capture"}; // of --plan
+  const std::set<std::string> never = {"--output", "--segments", "--verify", "--write-capture",
+                                       "--report"}; // of --plan
   for (const CLI::Option *option : app.get_options()) {
     const std::string given = option->get_name();
     const bool fits = name == "--plan" ? !never.count(given) : common.count(given) || more.count(given);

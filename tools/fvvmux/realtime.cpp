@@ -53,7 +53,8 @@ void add_realtime_options(CLI::App &app, RealtimeCommand &command) {
       ->type_name("SECONDS")
       ->capture_default_str()
       ->needs(realtime);
-  for (const char *other : {"--plan", "--part", "--merge", "--segments", "--write-capture", "--verify"})
+  for (const char *other :
+       {"--plan", "--part", "--merge", "--segments", "--write-capture", "--report", "--verify"})
     realtime->excludes(app.get_option(other));
 }
 

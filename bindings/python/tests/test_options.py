@@ -21,7 +21,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 # Of the command alone, and no options of a stream.
 OF_COMMAND = {
     "capture", "force", "help", "help-all", "idle", "in-place", "json", "max-delay", "merge", "output", "part", "plan", "realtime",
-    "segments", "version", "write-capture",
+    "report", "segments", "version", "write-capture",
 }  # fmt: skip
 
 

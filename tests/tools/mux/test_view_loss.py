@@ -1,6 +1,8 @@
 """fvvmux --view-loss: what a scene needs is chosen by cameras that are drawn from the others."""
 
+import re
 import shutil
+from xml.etree import ElementTree
 
 import pytest
 from conftest import figures, run
@@ -94,3 +96,45 @@ def test_threads_change_nothing(captures, tmp_path):
 def test_other_values_are_refused(captures, value, tmp_path):
     done = run("fvvmux", captures / "tracked", "-o", tmp_path / "a.fvv", "--view-loss", value, code=2)
     assert "--view-loss" in done.stderr
+
+
+def drawn(page):
+    """The charts of a page, as XML without its namespace."""
+    return [ElementTree.fromstring(chart) for chart in re.findall(r"<svg.*?</svg>", page, re.S)]
+
+
+def test_the_page_marks_what_was_chosen_among_what_was_tried(captures, tmp_path):
+    stream, page = tmp_path / "a & <b>.fvv", tmp_path / "a.html"
+    found = figures("fvvmux", captures / "tracked", "-o", stream, *GOAL, "--report", page)["view_loss"]
+    text = page.read_text()
+    assert "a &amp; &lt;b&gt;.fvv" in text and "<b>" not in text
+    assert not re.search(r"<script|<link|<img|https?:|url\(", text)
+    charts, whole = drawn(text), found["candidates"]
+    dots = {dot.find("title").text: dot for dot in charts[0].iter("circle") if dot.find("title") is not None}
+    assert len(dots) == len(whole) > 20
+    assert any(one["measured"] for one in whole)
+    chosen = [
+        one for one in whole if all(one[key] == found[key] for key in ("max_error", "step", "picture_psnr"))
+    ]
+    assert len(chosen) == 1 and chosen[0]["loss"] == found["loss"]
+    assert chosen[0]["group_bytes"] == found["chosen"]["group_bytes"]
+    # The last ring is of what was chosen, and lies on the dot of it.
+    ring = [dot for dot in charts[0].iter("circle") if dot.find("title") is None][-1]
+    on = [dot for dot in dots.values() if (dot.get("cx"), dot.get("cy")) == (ring.get("cx"), ring.get("cy"))]
+    assert len(on) == 1 and on[0].find("title").text.endswith("measured")
+    assert [one["threshold"] for one in found["blends"]][:3] == [0.05, 0.15, 0.25]
+    assert len(charts[1].findall("rect")) >= 4  # meshes, pictures, container and more
+
+
+def test_a_page_without_a_choice_has_the_bytes_alone(captures, tmp_path):
+    out = "-o", tmp_path / "a.fvv", "--force", "--report", tmp_path / "a.html"
+    run("fvvmux", captures / "tracked", *out)
+    assert len(drawn((tmp_path / "a.html").read_text())) == 1
+    run("fvvmux", captures / "tracked", *out, *GOAL, "--cameras", 0)
+    text = (tmp_path / "a.html").read_text()
+    assert len(drawn(text)) == 1 and "no two cameras" in text
+    before = (tmp_path / "a.html").read_bytes()
+    run("fvvmux", captures / "tracked", "-o", tmp_path / "b.fvv", "--report", tmp_path / "a.html", code=1)
+    assert (tmp_path / "a.html").read_bytes() == before and not (tmp_path / "b.fvv").exists()
+    for other in (("--plan", tmp_path / "plan"), ("--realtime", "-o", tmp_path / "b.fvv")):
+        run("fvvmux", captures / "tracked", *other, "--report", tmp_path / "b.html", code=2)

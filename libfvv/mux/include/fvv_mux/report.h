@@ -250,6 +250,22 @@ struct InsetReport {
   double psnr_without = 0, psnr_best = 0; // dB
 };
 
+// Meshes and pictures that were considered for Options::view_loss, with the blend that was chosen.
+struct ViewCandidate {
+  double max_error = 0, step = 0; // of meshes, as in ViewReport
+  double psnr = 0;                // of pictures, dB
+  double bytes = 0;               // of a group
+  double loss = 0;                // dB, against the defaults
+  bool is_measured = false;       // as a whole; else the losses of meshes and pictures are added up
+};
+
+// A way of blending that was tried. gain: dB, over that of the defaults.
+struct BlendCandidate {
+  double threshold = 0;
+  uint32_t best = 0;
+  double gain = 0;
+};
+
 // What Options::view_loss led to. PSNR and SSIM are of cameras that were drawn from the others; bytes are
 // estimates for the meshes and pictures of a group.
 struct ViewReport {
@@ -268,6 +284,9 @@ struct ViewReport {
   double finest_psnr = 0, finest_ssim = 0, default_psnr = 0, held_out_psnr = 0, held_out_ssim = 0;
   double between_psnr = 0; // half-way between cameras, against the finest; may be infinite
   double default_bytes = 0, bytes = 0;
+  std::vector<ViewCandidate>
+      candidates; // by meshes, then by rising PSNR of pictures; the defaults' meshes first
+  std::vector<BlendCandidate> blends;
 };
 
 // A sound track. The bytes are those of its chunks.
@@ -416,5 +435,8 @@ std::string report_text(const Report &report, const std::string &output, Spellin
 
 // A document of spec/fvvmux.schema.json.
 std::string report_json(const Report &report, const std::string &output, Spelling spelling = Spelling::plain);
+
+// A page for browsers, whole in itself: what the bytes are of, and charts of what Options::view_loss tried.
+std::string report_html(const Report &report, const std::string &output, Spelling spelling = Spelling::plain);
 
 } // namespace fvv::mux

@@ -356,6 +356,7 @@ fvv_texturing texturing_or_default(const Plan &plan) {
 struct Blend {
   fvv_texturing texturing;
   double gain = 0; // dB, over that of the players or of the options
+  std::vector<BlendCandidate> tried = {};
 };
 
 // Of the ways of blending that options leave open the best for cameras that are drawn from the others. Only
@@ -372,9 +373,11 @@ Blend choose_blend(const Plan &plan, const Trial &trial) {
   if (judge.pixels() < render::least_compared) return {given};
   const double before = judge.held_out(nullptr, nullptr, trial.view_options(given)).luma_error();
   Blend best = {given};
+  std::vector<BlendCandidate> tried = {{given.threshold, given.best, 0}};
   const auto consider = [&](const fvv_texturing &one) {
     const double error = judge.held_out(nullptr, nullptr, trial.view_options(one)).luma_error();
     const double gain = render::loss_db(error, before);
+    tried.push_back({one.threshold, one.best, gain});
     if (gain > best.gain) best = {one, gain};
   };
   for (const double threshold : stricter_thresholds) {
@@ -385,7 +388,9 @@ Blend choose_blend(const Plan &plan, const Trial &trial) {
   fvv_texturing one = best.texturing;
   one.best = 2;
   if (!options.texture_best) consider(one);
-  return best.gain >= least_blend_gain ? best : Blend{given};
+  if (best.gain < least_blend_gain) best = {given};
+  best.tried = std::move(tried);
+  return best;
 }
 
 // What pictures of a quality lose, by those that were tried.
@@ -526,6 +531,16 @@ Combination cheapest(const std::vector<Combination> &all, const Combination &by_
   return best;
 }
 
+// What of the candidates was measured as a whole in place of added up.
+void note_measured(ViewReport &found, const Meshes &meshes, double psnr, const Pictures &pictures) {
+  for (ViewCandidate &one : found.candidates)
+    if (one.max_error == meshes.max_error && one.step == meshes.step && one.psnr == psnr) {
+      one.bytes = meshes.bytes + pictures.bytes;
+      one.loss = found.loss;
+      one.is_measured = true;
+    }
+}
+
 std::string obstacle(const Plan &plan) {
   const bool encoded = std::any_of(plan.tracks.begin(), plan.tracks.end(),
                                    [](const VideoTrack &t) { return bool(t.encoded); });
@@ -578,6 +593,13 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   const Combination by_default =
       *std::find_if(all.rbegin(), all.rend(), [](const Combination &one) { return one.meshes == 0; });
   found.default_psnr = judge.held_out(&meshes[0].meshes, &curve.finest()).psnr();
+  found.blends = blend.tried;
+  for (const Combination &one : all) {
+    if (!std::isfinite(one.psnr)) continue; // pictures without an error
+    const Meshes &of = meshes[one.meshes].meshes;
+    found.candidates.push_back({of.max_error, of.step, one.psnr, one.bytes,
+                                render::loss_db(by_default.error, one.error) - blend.gain});
+  }
   Combination best;
   std::optional<Pictures> encoded;
   const Pictures *pictures = nullptr;
@@ -590,6 +612,7 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
     if (!pictures) pictures = &encoded.emplace(trial.pictures(best.psnr));
     seen = judge.held_out(&meshes[best.meshes].meshes, pictures);
     found.loss = found.default_psnr - seen.psnr() - blend.gain;
+    note_measured(found, meshes[best.meshes].meshes, best.psnr, *pictures);
     if (found.loss <= found.goal) break;
     allowed = std::min(allowed, render::loss_db(by_default.error, best.error)) - (found.loss - found.goal);
   }

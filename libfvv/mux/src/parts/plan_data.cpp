@@ -111,7 +111,7 @@ struct Fields {
   template <class A> static void of(A &a, ViewReport &v) {
     auto &[goal, is_measured, reason, frame, psnr, max_error, step, is_length, is_paper, threshold, best,
            loss, finest_psnr, finest_ssim, default_psnr, held_out_psnr, held_out_ssim, between_psnr,
-           default_bytes, bytes] = v;
+           default_bytes, bytes, candidates, blends] = v;
     a(goal, is_measured, reason, frame, psnr, max_error, step, is_length, is_paper, threshold, best, loss,
       finest_psnr, finest_ssim, default_psnr, held_out_psnr, held_out_ssim, between_psnr, default_bytes,
       bytes);
@@ -206,8 +206,8 @@ struct Fields {
     auto &[on, reason, by_outlines] = v;
     a(on, reason, by_outlines);
   }
-  // Of the capture, what files say; sources are for a summary alone, and effort changes only of frames in
-  // memory.
+  // Of the capture, what files say; sources, and what the view was chosen from, are for a summary alone, and
+  // effort changes only of frames in memory.
   template <class A> static void of(A &a, Plan &v) {
     auto &[options, observer, capture, group_size, effort, groups, bad, has_constant_topology, tracking,
            error, lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,

@@ -206,6 +206,15 @@ Json view_json(const ViewReport &view) {
   out["chosen"] = {{"psnr", view.held_out_psnr}, {"ssim", view.held_out_ssim}, {"group_bytes", view.bytes}};
   out["default"] = {{"psnr", view.default_psnr}, {"group_bytes", view.default_bytes}};
   if (std::isfinite(view.between_psnr)) out["between_psnr"] = view.between_psnr;
+  for (const ViewCandidate &one : view.candidates)
+    out["candidates"].push_back({{"max_error", one.max_error},
+                                 {"step", one.step},
+                                 {"picture_psnr", one.psnr},
+                                 {"group_bytes", one.bytes},
+                                 {"loss", one.loss},
+                                 {"measured", one.is_measured}});
+  for (const BlendCandidate &one : view.blends)
+    out["blends"].push_back({{"threshold", one.threshold}, {"best", one.best}, {"gain", one.gain}});
   return out;
 }
 
