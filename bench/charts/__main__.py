@@ -12,6 +12,7 @@ from . import drawing, experiment, report
 # Experiments of other modules follow, by the modules' names.
 ORDER = (
     "system",
+    "choices",
     "mesh",
     "texture",
     "visibility",
@@ -104,6 +105,8 @@ def main():
                 one.draw(record["results"], experiment.PAGES)
             print(f"{one.name}: {report.first_sentence(one.text(record['results']))}", flush=True)
     (experiment.PAGES / "README.md").write_text(report.page(experiments))
+    unjustified = sum(not row.justified for row in report.default_rows(report.measured(experiments)))
+    print(f"charts.defaults_unjustified: {unjustified}")
     return 0
 
 

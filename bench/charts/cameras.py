@@ -13,6 +13,7 @@ BEST = 1, 2, 3, 4, 5, 6, 8
 NEAREST = 1, 2, 3, 4, 6, 8, 10
 THRESHOLDS = 0.0, 0.05, 0.1, 0.15, 0.25, 0.35, 0.45, 0.6
 RANKINGS = {"viewer": "by the viewer's direction", "paper": "by the normal, as WHP 235"}
+LOSS = 0.1  # dB, that a default may lose against the best
 DEFAULT_BEST = 3
 DEFAULT_THRESHOLD = {"viewer": 0.05, "paper": 0.25}
 MESHES = "tracked", "hull"
@@ -155,6 +156,7 @@ silhouette; a place that no camera shows has the stream's colours of vertices.""
 
 def defaults(results):
     found = gains(results)
+    ranking = [g["ranking"] for g in found.values()]
     return [
         (
             "fvvmux --texture-best",
@@ -162,6 +164,7 @@ def defaults(results):
             "; ".join(
                 f"{m}: the best ({g['best_at']}) is {g['best']:.2f} dB better" for m, g in found.items()
             ),
+            all(g["best"] <= LOSS for g in found.values()),
         ),
         (
             "fvvmux --texture-threshold",
@@ -170,11 +173,14 @@ def defaults(results):
                 f"{m}: the best ({g['threshold_at']:g}) is {g['threshold']:.2f} dB better"
                 for m, g in found.items()
             ),
+            all(g["threshold"] <= LOSS for g in found.values()),
         ),
         (
             "fvvmux --texture-blend",
             "viewer",
-            "; ".join(f"{m}: {g['ranking']:+.2f} dB against the normal" for m, g in found.items()),
+            "; ".join(f"{m}: {g['ranking']:+.2f} dB against the normal" for m, g in found.items())
+            + f": it loses at most {-min(ranking):.2f} dB, the normal {max(ranking):.2f} dB",
+            -min(ranking) < max(ranking),  # a stream is of either kind
         ),
     ]
 

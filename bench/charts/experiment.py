@@ -37,6 +37,15 @@ LIBRARIES = (
 sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "tests/real")]
 
 
+class Default(NamedTuple):
+    """A row of the table of defaults."""
+
+    option: str  # "fvvmux --quality", or what has no option
+    value: object
+    verdict: str  # what the chart says about it
+    justified: bool = True  # by a rule of the chart, with its figures
+
+
 class Experiment(NamedTuple):
     """One measurement with its charts. A module of this folder lists its experiments in EXPERIMENTS."""
 
@@ -49,7 +58,7 @@ class Experiment(NamedTuple):
     text: Callable
     # headlines(results of measure(True)) returns {figure: value}: bytes, errors and ratios, of which less is better.
     headlines: Callable = lambda results: {}
-    # defaults(results) returns [(tool and option, default, what the chart says about it)].
+    # defaults(results) returns fields of Default: [(tool and option, default, what the chart says about it, whether that justifies it)].
     defaults: Callable = lambda results: []
 
 

@@ -4,7 +4,7 @@ import json
 import re
 import textwrap
 
-from . import experiment
+from . import choices, experiment
 
 HEADLINES = experiment.results_file("headlines")
 TOLERANCE = 0.05
@@ -61,9 +61,32 @@ def origin(record):
     )
 
 
+def measured(experiments):
+    """Those that have results, with their records."""
+    return [(e, record) for e in experiments if (record := experiment.load(e.name))]
+
+
+def default_rows(found):
+    """The rows of the table of defaults. What a chart does not justify counts as justified where it is chosen for each scene."""
+    results = {e.name: record["results"] for e, record in found}
+    chosen = choices.chosen_per_scene(results["choices"]) if "choices" in results else {}
+    rows = []
+    for e, record in found:
+        for fields in e.defaults(record["results"]):
+            row = experiment.Default(*fields)
+            verdict = f"[{e.name}](#{anchor(e.title)}): {row.verdict}"
+            if not row.justified and row.option in chosen:
+                where = f"[choices](#{anchor(choices.EXPERIMENTS[0].title)})"
+                verdict += f". Chosen per scene with `--view-loss`: {chosen[row.option]} ({where})"
+            elif not row.justified:
+                verdict += ". **Not justified**"
+            rows.append(row._replace(verdict=verdict, justified=row.justified or row.option in chosen))
+    return rows
+
+
 def page(experiments):
     """The text of README.md, of those experiments that have results."""
-    found = [(e, record) for e in experiments if (record := experiment.load(e.name))]
+    found = measured(experiments)
     texts = [e.text(record["results"]) for e, record in found]
     lines = [
         HEAD.format(tolerance=100 * TOLERANCE, time_tolerance=100 * TIME_TOLERANCE),
@@ -78,10 +101,9 @@ def page(experiments):
         "| option | default | what the chart says |",
     ]
     lines += ["|---|---|---|"]
-    for e, record in found:
-        for option, default, verdict in e.defaults(record["results"]):
-            shown = f"`{option}`" if " --" in option else option
-            lines.append(f"| {shown} | {default} | [{e.name}](#{anchor(e.title)}): {verdict} |")
+    for row in default_rows(found):
+        shown = f"`{row.option}`" if " --" in row.option else row.option
+        lines.append(f"| {shown} | {row.value} | {row.verdict} |")
     for (e, record), text in zip(found, texts):
         lines += ["", f"## {e.title}", "", wrapped(text), "", origin(record)]
     return "\n".join(lines) + "\n"

@@ -128,6 +128,7 @@ def defaults(results):
             "fvvmux --ladder",
             "none",
             f"bytes of rungs against full-size streams of the same held-out PSNR: {said}",
+            all((r := rates(f)) is None or r > 0 for f in results["meshes"].values()),
         )
     ]
 

@@ -165,7 +165,12 @@ def defaults_of_budgets(results):
     )
     steps = ", ".join(f"{at_default(f)['step_mm']:g} mm ({m})" for m, f in found.items())
     return [
-        ("fvvmux --max-error", f"{DEFAULT:g} px", said),
+        (
+            "fvvmux --max-error",
+            f"{DEFAULT:g} px",
+            said,
+            all(f["knee_inside"] == DEFAULT for f in found.values()),
+        ),
         ("fvvmux --step", "by the budget", f"{steps} at the default budget"),
     ]
 
@@ -324,7 +329,8 @@ def defaults_of_sizes(results):
         (
             "fvvmux --quality",
             f"{DEFAULT_QUALITY}dB",
-            f"not justified by held-out views, which lose {LOSS:g} dB only below {knees}; it is for views from cameras' own places",
+            f"held-out views lose {LOSS:g} dB only below {knees}; it is for views from cameras' own places",
+            all(f["knee_db"] == DEFAULT_QUALITY for f in results["series"].values()),
         ),
         (
             "fvvmux --codec",

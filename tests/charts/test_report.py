@@ -57,3 +57,44 @@ def test_the_page_is_that_of_the_stored_results():
     assert (experiment.PAGES / "README.md").read_text() == report.page(
         command.all_experiments()
     ), "./run charts --draw"
+
+
+def judged(option, justified):
+    return experiment.Experiment(
+        "one",
+        "One",
+        None,
+        None,
+        lambda results: "**It says so.**",
+        defaults=lambda results: [(option, 1, "a knee at 2", justified)],
+    )
+
+
+@pytest.mark.parametrize(
+    "option, justified, counts, says",
+    [
+        ("fvvmux --quality", True, True, "a knee at 2"),
+        (
+            "fvvmux --quality",
+            False,
+            True,
+            "Chosen per scene with `--view-loss`: 38 to 40 dB in 2 of 3 scenes",
+        ),
+        ("fvvmux --group", False, False, "**Not justified**"),
+        ("fvvmux --group", True, True, "a knee at 2"),
+    ],
+)
+def test_a_default_is_justified_or_chosen_for_each_scene_or_counts(option, justified, counts, says):
+    row = {"max_error": 0.1, "threshold": 0.25}
+    scenes = {"a": row | {"picture_psnr": 38}, "b": row | {"picture_psnr": 40}, "c": {"reason": "one camera"}}
+    by_scene = experiment.Experiment("choices", "Choices", None, None, None)
+    found = [(judged(option, justified), {"results": {}}), (by_scene, {"results": {"scenes": scenes}})]
+    (shown,) = report.default_rows(found)
+    assert shown.justified == counts
+    assert says in shown.verdict
+    assert justified or "a knee at 2." in shown.verdict
+
+
+def test_no_default_is_unjustified():
+    rows = report.default_rows(report.measured(command.all_experiments()))
+    assert len(rows) > 15 and not [row.option for row in rows if not row.justified]
