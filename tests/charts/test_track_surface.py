@@ -3,7 +3,8 @@
 import mesh_only
 import numpy as np
 import pytest
-from track import surface
+import trimesh
+from track import scenes, surface
 
 
 def ball(radius, splits=4):
@@ -31,3 +32,18 @@ def test_flicker_is_change_and_not_distance():
         moving.add(places, ball(1.01 if i % 2 else 1.012))
     assert still.rms() == 0
     assert moving.rms() == pytest.approx(0.002, rel=0.05)
+
+
+@pytest.mark.parametrize("scene", [scenes.touching_hands, scenes.opened_jacket])
+def test_made_up_bodies_are_closed_and_share_no_vertices(scene):
+    first, second = (trimesh.Trimesh(*mesh, process=False) for mesh in scenes.sequence(scene, 2))
+    assert first.is_watertight and first.is_winding_consistent and 0.04 < first.volume < 0.08
+    assert not set(map(tuple, first.vertices.round(6))) & set(map(tuple, second.vertices.round(6)))
+
+
+def test_hands_that_touch_make_a_ring():
+    apart, touching = (
+        trimesh.Trimesh(*scenes.zero_level(*scenes.touching_hands(share)), process=False)
+        for share in (0, 0.5)
+    )
+    assert (apart.euler_number, touching.euler_number) == (2, 0)
