@@ -87,11 +87,11 @@ describe("axes", () => {
   });
 });
 
-test("the first view shows the whole scene from the direction of the first camera", () => {
+test("the first view shows the whole scene from the direction of a camera", () => {
   const axes = axesOf("y", []);
   const extent = { centre: [0, 1, 0], radius: 2, low: [-2, 0, -1], high: [2, 2, 1] };
   for (const aspect of [16 / 9, 0.5]) {
-    const pose = homePose(extent, [upright], axes, aspect);
+    const pose = homePose(extent, upright, axes, aspect);
     const { forward } = directionsOf(pose);
     assert.ok(forward[2] < -0.9);
     const view = viewOf({ ...pose, width: 100 * aspect, height: 100 });
@@ -103,6 +103,43 @@ test("the first view shows the whole scene from the direction of the first camer
       assert.ok(u > 0 && u < 100 * aspect && v > 0 && v < 90, `${u}, ${v} of ${100 * aspect} x 100`);
     }
   }
+});
+
+test("the first view is no further away than its camera, as far as the scene then fits into the picture", () => {
+  const axes = axesOf("y", []);
+  const extent = { centre: [0, 1, 0], radius: 2, low: [-2, 0, -1], high: [2, 2, 1] };
+  const at = (z) => ({ ...upright, centre: [0, 1, z] });
+  const distance = ({ eye, target }) => Math.hypot(...[0, 1, 2].map((axis) => eye[axis] - target[axis]));
+  const far = homePose(extent, at(9), axes, 16 / 9);
+  assert.equal(far.fov, Math.PI / 4);
+  assert.ok(distance(far) < 9);
+  const near = homePose(extent, at(3.5), axes, 16 / 9);
+  assert.ok(near.fov > Math.PI / 4);
+  assert.ok(Math.abs(distance(near) - 3.5) < 1e-9);
+  // Among the action, or on a narrow screen, the picture would be stretched.
+  for (const [z, aspect] of [
+    [1.2, 16 / 9],
+    [3.5, 0.5],
+  ]) {
+    const pose = homePose(extent, at(z), axes, aspect);
+    assert.ok(Math.abs(pose.fov - (70 * Math.PI) / 180) < 1e-12);
+    assert.ok(distance(pose) > z);
+  }
+});
+
+test("the stream says from which camera the first view is", () => {
+  const cameras = [upright, { ...upright, id: 9, centre: [4, 1, 0] }];
+  const begun = (...metadata) => {
+    const made = new Navigator();
+    made.begin({ ...frame, configuration: { ...frame.configuration, metadata }, cameras });
+    return directionsOf(made.pose).forward;
+  };
+  const chosen = begun(JSON.stringify({ view: { camera: 9 } }));
+  assert.ok(chosen[0] < -0.9);
+  // Ancillary: what is not understood is as if it were not there.
+  for (const text of ["", "{", "null", "[]", '{"view":9}', '{"view":{"camera":"9"}}', '{"view":{"camera":77}}'])
+    assert.deepEqual(begun(text), begun(), text);
+  assert.deepEqual(begun("{", JSON.stringify({ view: { camera: 9 } })), chosen);
 });
 
 test("a scene of a millimetre is walked through as smoothly as one of metres", () => {

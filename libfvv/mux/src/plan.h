@@ -256,6 +256,7 @@ struct Plan {
   std::vector<media::MaskRule> outline_rules;
   bool warned = false; // while it was made
   CropChoice crop;
+  std::optional<uint16_t> first_view; // identifier of a camera
   Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent
   VisibilityChoice visibility;
   MatchChoice match;

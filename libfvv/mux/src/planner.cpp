@@ -320,6 +320,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   }
   const SampledScene scene(plan.capture, std::move(sampled), cameras);
   const double shared = options.delta && plan.has_meshes() ? scene.constant_topology_fraction() : 0;
+  plan.first_view = choose_first_view(plan, scene);
   plan.normals = choose_normals(options, scene);
   plan.tracking = choose_tracking(options, scene, plan.normals, shared);
   plan.has_constant_topology = shared > 0 || plan.tracking.on;

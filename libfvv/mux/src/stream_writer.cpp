@@ -256,10 +256,11 @@ void StreamWriter::write_configuration() {
               }));
   // Not one object of nlohmann's: its destructor allocates, and ends the program where memory is short.
   const auto quoted = [](const std::string &text) { return nlohmann::json(text).dump(); };
-  const std::string text = R"({"generator":)" + quoted(std::string("fvvmux ") + fvv_version()) +
-                           R"(,"name":)" + quoted(capture.name) + R"(,"frame_numbers":{"first":)" +
-                           std::to_string(capture.frames.first) + R"(,"step":)" +
-                           std::to_string(capture.frames.step) + "}}";
+  const std::string text =
+      R"({"generator":)" + quoted(std::string("fvvmux ") + fvv_version()) + R"(,"name":)" +
+      quoted(capture.name) + R"(,"frame_numbers":{"first":)" + std::to_string(capture.frames.first) +
+      R"(,"step":)" + std::to_string(capture.frames.step) + "}" +
+      (plan.first_view ? R"(,"view":{"camera":)" + std::to_string(*plan.first_view) + "}" : "") + "}";
   configure(FVV_CHUNK_METADATA, 0, {text.begin(), text.end()});
 }
 

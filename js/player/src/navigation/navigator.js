@@ -7,6 +7,7 @@ import {
   between,
   dolly,
   extentOf,
+  firstCamera,
   homePose,
   level,
   look,
@@ -49,7 +50,7 @@ export class Navigator extends EventTarget {
   #home = null;
   axes = axesOf("y", []);
   extent = EMPTY_EXTENT;
-  pose = homePose(this.extent, [], this.axes, 16 / 9);
+  pose = homePose(this.extent, undefined, this.axes, 16 / 9);
   aspect = 16 / 9;
   /** No animation, for users who prefer reduced motion. */
   calm = false;
@@ -67,7 +68,8 @@ export class Navigator extends EventTarget {
     const calibrated = frame.cameras.filter((camera) => camera.calibrated);
     this.axes = axesOf(frame.configuration.upAxis, calibrated);
     this.extent = extentOf(frame);
-    this.#home = (aspect) => homePose(this.extent, calibrated, this.axes, aspect);
+    const camera = firstCamera(frame.configuration, calibrated) ?? calibrated[0];
+    this.#home = (aspect) => homePose(this.extent, camera, this.axes, aspect);
     this.#endJourney();
     this.#pending = still();
     this.#lens = { camera: null, weight: 0, leaving: false };

@@ -152,6 +152,8 @@ export function isPose(pose) {
 }
 
 const FIELD_OF_VIEW = (45 * Math.PI) / 180;
+/** What lies at the edge of wider pictures looks stretched. */
+const WIDEST = (70 * Math.PI) / 180;
 /** Fractions of the picture: the scene's maximum width and height, and its offset above the middle, as controls are below. */
 const WIDTH = 0.9;
 const HEIGHT = 0.76;
@@ -184,21 +186,43 @@ export function extentOf(frame) {
 const cornersOf = ({ low, high }) =>
   Array.from({ length: 8 }, (_, i) => low.map((x, axis) => ((i >> axis) & 1 ? high[axis] : x)));
 
-/** The first view: the whole mesh, from the direction of the first camera. aspect: width over height of the picture. */
-export function homePose(extent, cameras, axes, aspect) {
+/** The camera that the writer of the stream chose for the first view (spec/registry.md, keys of META); undefined: none. */
+export function firstCamera({ metadata = [] }, cameras) {
+  for (const text of metadata) {
+    let id;
+    try {
+      id = JSON.parse(text)?.view?.camera;
+    } catch {
+      continue; // ancillary
+    }
+    const found = cameras.find((camera) => camera.id === id);
+    if (found) return found;
+  }
+  return undefined;
+}
+
+/**
+ * The first view: the whole mesh, from the direction of a camera. What stands behind the camera may hide the scene, so the view
+ * is at most as far away as that, and wider where it has to be. aspect: width over height of the picture.
+ */
+export function homePose(extent, camera, axes, aspect) {
   const { centre } = extent;
-  const from = cameras.length ? subtract(cameras[0].centre, centre) : [1, 1, 1];
+  const from = camera ? subtract(camera.centre, centre) : [1, 1, 1];
   const { theta, phi } = toSpherical(axes, normalise(from));
-  const ahead = poseFromOrbit({ theta, phi, radius: 1 }, centre, FIELD_OF_VIEW, axes);
-  const { forward, right, up } = directionsOf(ahead);
-  const tangent = Math.tan(FIELD_OF_VIEW / 2);
-  const distances = cornersOf(extent).map((corner) => {
+  const { forward, right, up } = directionsOf(poseFromOrbit({ theta, phi, radius: 1 }, centre, FIELD_OF_VIEW, axes));
+  // Of each corner: how far in front of the centre it lies, and the tangent of half the angle at a distance of 1.
+  const corners = cornersOf(extent).map((corner) => {
     const at = subtract(corner, centre);
-    const wide = Math.abs(dot(at, right)) / (tangent * aspect * WIDTH);
-    const high = Math.abs(dot(at, up)) / (tangent * HEIGHT);
-    return Math.max(wide, high) - dot(at, forward);
+    return [-dot(at, forward), Math.max(Math.abs(dot(at, right)) / (aspect * WIDTH), Math.abs(dot(at, up)) / HEIGHT)];
   });
-  const radius = Math.max(...distances, 1e-6 * extent.radius);
-  const pose = poseFromOrbit({ theta, phi, radius }, centre, FIELD_OF_VIEW, axes);
+  const distanceFor = (fov) =>
+    Math.max(...corners.map(([ahead, size]) => size / Math.tan(fov / 2) + ahead), 1e-6 * extent.radius);
+  let fov = FIELD_OF_VIEW;
+  const most = camera ? length(from) : Infinity;
+  if (distanceFor(fov) > most) {
+    const tangents = corners.map(([ahead, size]) => (ahead < most ? size / (most - ahead) : Infinity));
+    fov = Math.min(Math.max(2 * Math.atan(Math.max(...tangents)), fov), WIDEST);
+  }
+  const pose = poseFromOrbit({ theta, phi, radius: distanceFor(fov) }, centre, fov, axes);
   return pan(pose, 0, -RAISED);
 }

@@ -75,6 +75,12 @@ WindingChoice choose_winding(const Options &options, const scene::Capture &captu
 // The winding of the stream's faces, for people. turned_away: WindingChoice::in_stream().
 std::string winding_text(double turned_away, bool by_cameras);
 
+// The identifier of the camera from whose side a viewer should look at first (spec/registry.md, keys of
+// META): of those that show nearly as much of the meshes as any does, uncovered and within the picture, the
+// one in whose picture they are largest, in the first and the middle frame. Not one that looks steeply up or
+// down, where others do not. Nothing: there are no meshes, or no two cameras with pictures.
+std::optional<uint16_t> choose_first_view(const Plan &plan, const SampledScene &scene);
+
 // The cameras that are calibrated in a frame.
 std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame);
 

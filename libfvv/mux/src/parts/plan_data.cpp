@@ -211,11 +211,12 @@ struct Fields {
   template <class A> static void of(A &a, Plan &v) {
     auto &[options, observer, capture, group_size, effort, groups, bad, has_constant_topology, tracking,
            error, lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,
-           mask_rules, outline_cameras, outline_rules, warned, crop, whole, visibility, match, inset, view,
-           colours, undistortion, environment, sounds, frame_limit] = v;
+           mask_rules, outline_cameras, outline_rules, warned, crop, first_view, whole, visibility, match,
+           inset, view, colours, undistortion, environment, sounds, frame_limit] = v;
     a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, tracking, error,
       lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, outline_rules,
-      warned, crop, whole, visibility, match, inset, view, colours, environment, sounds, frame_limit);
+      warned, crop, first_view, whole, visibility, match, inset, view, colours, environment, sounds,
+      frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
     auto &[plan, decisions, capture, warnings] = v;
@@ -356,7 +357,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 7;
+constexpr int plan_version = 8;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);
