@@ -247,7 +247,7 @@ def text(results):
         f"{seconds:.1f} s more of one core for each frame.** {FRAMES} frames of generated people whose faces change in every frame, one group "
         "without pictures. In short runs the key counts most. Draco has all faces of the source, and fewer bits.",
         "",
-        f"Over a run of {RUN} frames at {CASE_BUDGET} mm ({run['keys']} keys, {run['patches']} patches) the rms of the first third of the frames is "
+        f"Over a run of {RUN} frames at {CASE_BUDGET} mm (keys: {run['keys']}, patches: {run['patches']}) the rms of the first third of the frames is "
         f"{np.mean(run['rms_mm'][:third]):.2f} mm, of the last {np.mean(run['rms_mm'][-third:]):.2f} mm.",
         "",
         "Length of groups: the clip of hulls with 7 cameras at 480x270, H.264 at the number 16. A viewer who seeks waits for half a group:",

@@ -86,5 +86,5 @@ def test_the_game_does_not_begin_behind_the_pole_or_above(tmp_path):
     game = tmp_path / "game"
     run("fvvsynth", "--scene", "game", "--size", "192x108", "--frames", 1, "-o", game)
     names = {c["id"]: c["name"] for c in json.loads((game / "capture.json").read_text())["cameras"]}
-    # Of 13: oval0 and oval9 stand behind the basket, oval3 to oval6 behind the other player.
+    # Of 13: oval0 and oval9 are behind the basket, oval3 to oval6 behind the other player.
     assert names[view_of(game)["camera"]] in ("oval2", "oval7")

@@ -202,7 +202,7 @@ export function firstCamera({ metadata = [] }, cameras) {
 }
 
 /**
- * The first view: the whole mesh, from the direction of a camera. What stands behind the camera may hide the scene, so the view
+ * The first view: the whole mesh, from the direction of a camera. What is behind the camera may hide the scene, so the view
  * is at most as far away as that, and wider where it has to be. aspect: width over height of the picture.
  */
 export function homePose(extent, camera, axes, aspect) {

@@ -21,7 +21,7 @@ constexpr double most_tilt =
 // What the picture of a camera shows of the meshes.
 struct Shown {
   double share = 0; // of the vertices, 0 to 1: those in front of which nothing is
-  double area = 0;  // of the picture: of all that is not the stage
+  double size = 0;  // how large, of the picture
   bool is_steep = false;
 };
 
@@ -49,7 +49,7 @@ void look(const SampledScene::Frame &frame, const fvv_camera &camera, const medi
           Shown &shown) {
   const size_t stride = 1 + frame.mesh.vertex_count() / enough;
   size_t seen = 0, all = 0;
-  double area = 0;
+  double near = 0, far = 0;
   for (size_t v = 0; v < frame.mesh.vertex_count(); v += stride, all++) {
     const double *p = &frame.mesh.positions[3 * v];
     double pixel[2];
@@ -61,15 +61,21 @@ void look(const SampledScene::Frame &frame, const fvv_camera &camera, const medi
     double centre[3];
     fvv_camera_centre(&camera, centre);
     const Vec3 ray = Vec3{p[0], p[1], p[2]} - Vec3{centre[0], centre[1], centre[2]};
-    area += camera.fx * camera.fy / dot(ray, ray);
+    // What a square metre there covers, and how many such pictures a square metre takes.
+    const double covers = camera.fx * camera.fy / (dot(ray, ray) * camera.width * camera.height);
+    near += covers;
+    far += 1 / covers;
   }
-  const double pixels = double(camera.width) * camera.height;
-  shown.share += all ? double(seen) / double(all) : 0;
-  // Without a mask a square metre of the surface, facing the camera, at the place of each vertex.
-  shown.area += mask.pixels.empty() ? (seen ? area / double(seen) / pixels : 0)
-                                    : double(std::count_if(mask.pixels.begin(), mask.pixels.end(),
-                                                           [](uint8_t value) { return value > 127; })) /
-                                          pixels;
+  if (!seen) return;
+  shown.share += double(seen) / double(all);
+  // The harmonic mean: what is far away counts most, so that one who stands before the camera is not all that
+  // is seen. With a mask times what the surface covers over what it would if it faced the camera and nothing
+  // hid anything else.
+  const double size = double(seen) / far;
+  const double covered = double(std::count_if(mask.pixels.begin(), mask.pixels.end(),
+                                              [](uint8_t value) { return value > 127; })) /
+                         (double(camera.width) * camera.height);
+  shown.size += mask.pixels.empty() ? size : size * covered * double(seen) / near;
 }
 
 } // namespace
@@ -108,7 +114,7 @@ std::optional<uint16_t> choose_first_view(const Plan &plan, const SampledScene &
   std::optional<size_t> best;
   for (size_t k = 0; k < all.size(); k++)
     if (counts(all[k]) && all[k].share >= most - as_whole * double(frames.size()) &&
-        (!best || all[k].area > all[*best].area))
+        (!best || all[k].size > all[*best].size))
       best = k;
   if (!best) return {};
   return capture.cameras[cameras[*best]].calibration.id;

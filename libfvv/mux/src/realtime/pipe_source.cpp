@@ -13,7 +13,7 @@ namespace fvv::mux {
 namespace {
 
 constexpr const char *shown = "standard input";
-constexpr int pause = 50; // milliseconds between looks at what may end a wait
+constexpr int look_again = 50; // milliseconds between looks at what may end a wait
 // Places in a row without a frame: minutes, and far less than a description may count.
 constexpr int64_t most_missing = 10'000;
 
@@ -35,7 +35,7 @@ size_t PipeBytes::read(void *bytes, size_t size) {
   const Clock::time_point start = Clock::now();
   while (true) {
     pollfd wait = {descriptor, POLLIN, 0};
-    const int found = poll(&wait, 1, pause);
+    const int found = poll(&wait, 1, look_again);
     if (found < 0 && errno != EINTR)
       throw Error(shown, std::string("cannot wait for it: ") + std::strerror(errno));
     if (found > 0) {
