@@ -92,7 +92,8 @@ def mux():
 
 
 def live():
-    return live_stream.measure(BUILD, capture(), WORK)
+    figures = live_stream.measure(BUILD, capture(), WORK)
+    return {**figures, **live_stream.measure_cameras(BUILD, tool, WORK)}
 
 
 def memory():

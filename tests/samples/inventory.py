@@ -52,6 +52,9 @@ HOW = {
     ("docs/evidence/networks.md", "./run bench chaos"): ELSEWHERE + "js: chaos",
     ("docs/guide/your-own-capture.md", "fvvcapture shoot"): OPTIONS,
     ("docs/guide/command-line.md", "pip install .[capture]"): OPTIONS,
+    ("docs/guide/live.md", "pip install .[live]"): NOT
+    + "fvvserve listens until it is stopped, and there are no cameras; by python: capture live without it",
+    ("docs/guide/live.md", "recorder |"): NOT + "the recorder is the reader's; by cli: frame_pipe",
     ("docs/guide/libraries.md", "cc -std=c99 consumer.c"): ELSEWHERE + "the test of the installation",
     ("docs/guide/libraries.md", "c++ -std=c++17"): ELSEWHERE + "the test of the installation",
     ("docs/guide/write-a-decoder.md", "pip install ./conformance"): ELSEWHERE

@@ -260,13 +260,15 @@ def commands(text):
 
 @pytest.mark.parametrize("sample", of(OPTIONS))
 def test_options(sample):
-    from fvv_capture.arguments import calibrate_parser, capture_parser
+    from fvv_capture.arguments import calibrate_parser, capture_parser, live_parser
 
     parsed = 0
     for name, *arguments in commands(sample.text):
         if name == "fvvcapture":
             if arguments[0] == "calibrate":
                 calibrate_parser("").parse(arguments[1:])
+            elif arguments[0] == "live":
+                live_parser("").parse(arguments[1:])
             else:
                 capture_parser("").parse(arguments)
             parsed += 1

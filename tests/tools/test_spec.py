@@ -112,6 +112,7 @@ def test_all_schemas_are_there():
         "capture.schema.json",
         "fvvcapture-calibrate.schema.json",
         "fvvcapture-calibration.schema.json",
+        "fvvcapture-live.schema.json",
         "fvvcapture.schema.json",
         "fvvcompare.schema.json",
         "fvvdemux.schema.json",

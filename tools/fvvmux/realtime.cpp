@@ -70,14 +70,18 @@ cli::Exit run_realtime(const RealtimeCommand &command, const mux::Options &optio
     throw Error("-: expected frames (spec/frame-pipe.md) on standard input, found a terminal", Error::usage);
   if (reads_pipe && command.in_place)
     throw Error("--in-place: expected a folder, found a pipe", Error::usage);
-  if (reads_pipe) realtime.pipe = STDIN_FILENO;
+  mux::Options chosen = options;
+  if (reads_pipe) {
+    realtime.pipe = STDIN_FILENO;
+    chosen.capture = "standard input";
+  }
   cli::OutputFile output(path, force,
                          cli::inputs(reads_pipe ? std::vector<std::string>() : std::vector{options.capture}));
   if (!output.is_regular()) output.set_time_out(command.idle);
   mux::Observer observer;
   observer.on_warning = cli::warn;
   const mux::Report report = mux::pack_arriving(
-      options, realtime, [&](const void *bytes, size_t size) { output.write(bytes, size); }, observer,
+      chosen, realtime, [&](const void *bytes, size_t size) { output.write(bytes, size); }, observer,
       [&](const mux::RealtimeEvent &event) { print(event, as_json); }, cli::is_stopped);
   output.commit();
   const bool piped = path == "-";

@@ -1,4 +1,4 @@
-"""Streams from arrays, and from captures on disk."""
+"""Streams from arrays, from captures on disk, and from frames that come on a pipe."""
 
 from __future__ import annotations
 
@@ -18,7 +18,15 @@ from .errors import LossWarning, UsageError
 from .frames import Key
 from .meshes import MeshArrays, MeshLike, mesh_arrays
 from .options import OF_CAPTURES, camera_names, option_texts
-from .outputs import FileOutput, FolderOutput, ObjectOutput, Target, commit_all, output_of
+from .outputs import (
+    FileOutput,
+    FolderOutput,
+    ObjectOutput,
+    Target,
+    commit_all,
+    discarded_unless_written,
+    output_of,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -27,6 +35,10 @@ if TYPE_CHECKING:
 
 #: By identifier or name of a camera, or in the order of `Writer.cameras`, None where there is nothing.
 Pictures = Union[Mapping[Key, Any], Sequence[Any]]
+
+
+#: Kind ("lost", "dropped", "lowered", "raised", "ended"), number of the frame, its age in seconds, and a sentence.
+OnEvent = Callable[[str, int, float, str], object]
 
 
 class _Losses:
@@ -461,4 +473,46 @@ def mux(
             folder.discard()
         calls.losses.show(stacklevel=3)
     summary["warnings"] = calls.losses.texts
+    return summary
+
+
+def pack_pipe(
+    pipe: int,
+    target: Target,
+    *,
+    max_delay: float = 2.0,
+    idle: float = 10.0,
+    force: bool = False,
+    on_event: OnEvent | None = None,
+    **options: Unpack[WriterOptions],
+) -> dict[str, Any]:
+    """Packs the frames that another thread or process writes to a pipe (spec/frame-pipe.md), until it ends.
+
+    pipe: a descriptor, which is read and stays open. target: as `fvv.Writer` has it. max_delay: seconds from a frame to the last
+    byte of its group; older frames are dropped. idle: seconds without a frame after which the stream ends. on_event: called on this
+    thread. options: those of `fvv.Writer`; the preset is "live" unless it is given. Returns what `fvvmux --json` prints, with
+    "warnings", and "warned": whether frames were lost or dropped, or the pipe ended early. Errors are those of `fvv.mux`.
+    """
+    if not (max_delay > 0 and idle > 0):
+        raise UsageError(f"expected max_delay and idle above 0, found {max_delay:g} and {idle:g}")
+    for option in sorted((OF_CAPTURES - {"cameras", "up"}) & options.keys()):
+        raise UsageError(f"{option}: is an option of fvv.mux, a pipe has none")
+    texts = {"preset": "live", **option_texts(options)}
+    losses: list[str] = []
+    output = output_of(target, force)
+    with discarded_unless_written(output):
+        summary = _core.pack_pipe(
+            pipe,
+            texts,
+            max_delay,
+            idle,
+            output.name,
+            output.write,
+            losses.append,
+            on_event or (lambda kind, frame, age, text: None),
+        )
+        output.commit()
+    for loss in losses:
+        warnings.warn(loss, LossWarning, stacklevel=2)
+    summary["warnings"] = losses
     return summary

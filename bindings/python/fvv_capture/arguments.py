@@ -1,4 +1,4 @@
-"""The options of fvvcapture and of fvvcapture calibrate. Needs neither numpy nor the extension module, as `fvv.help`."""
+"""The options of fvvcapture, of fvvcapture calibrate and of fvvcapture live. Needs neither numpy nor the extension module, as `fvv.help`."""
 
 from __future__ import annotations
 
@@ -14,13 +14,19 @@ EXAMPLES = [
     "fvvcapture take --walk board --board 8x6 --square 0.08 --dictionary 4x4_100 -o take.fvv",
 ]
 NOTES = [
-    "fvvcapture calibrate, which has a help of its own, makes the calibration from films of a board.",
+    "fvvcapture calibrate --help: films of a board. fvvcapture live --help: shows.",
     "docs/tools/fvvcapture.md has the rest.",
 ]
 CALIBRATE_EXAMPLES = [
     "fvvcapture calibrate board_videos --board 8x6 --square 0.08 --marker 0.06 -o room.json",
     "fvvcapture calibrate walk --board 9x6 --square 0.12 --dictionary 4x4_100 --floor 412 -o room.json",
     "fvvcapture calibrate --calibration room.json --take take --moving crane --zoom -o moving.json",
+]
+
+
+LIVE_EXAMPLES = [
+    "fvvcapture live cameras.txt --calibration room.json --plate empty --bounds=-2,0,-2,2,2,2 -o -",
+    "fvvcapture live films --calibration room.json --plate empty --bounds=-2,0,-2,2,2,2 -o a.fvv",
 ]
 
 
@@ -167,4 +173,64 @@ def calibrate_parser(version: str) -> Parser:
     add("--tripod", action="append", default=[], metavar="CAMERA",
         help="a camera that turns and stays where it is; still in the walk")  # fmt: skip
     add("--zoom", action="store_true", help="moving cameras also change their focal length")
+    return out
+
+
+def live_parser(version: str) -> Parser:
+    """The options of fvvcapture live."""
+    out = Parser(
+        "fvvcapture live",
+        version,
+        "Make a stream of what calibrated cameras film, while they film it.",
+        LIVE_EXAMPLES,
+        ["docs/guide/live.md explains all of it."],
+    )
+    out.positional(
+        "sources",
+        metavar="SOURCES",
+        help="a file with a line NAME ADDRESS [OPTION=VALUE ...] for each camera; or a folder of videos, played at their speed",
+    )
+    add = out.section("Files").add
+    add("--calibration", metavar="FILE", action="extend", nargs="+", help="as fvvcapture takes it")
+    add("-o", "--output", metavar="OUT", required=True, help="NAME.fvv; - is standard output")
+    add("--plate", metavar="FOLDER", help="films of the empty stage, by name of the camera")
+    add("--force", action="store_true", help="replace an output that exists (docs/tools/outputs.md)")
+    add(
+        "--json",
+        action="store_true",
+        help="print events and summary as JSON (spec/fvvcapture-live.schema.json)",
+    )
+    add = out.section("Cameras and time").add
+    add("--exclude", metavar="A,B", default="", help="names of cameras to leave out")
+    add("--fps", metavar="RATE", help="frames a second: 12.5 or 30000/1001. Default: 12.5")
+    add("--offset", metavar="CAMERA=N", action="append", default=[], help="frames by which a camera is late")
+    add("--max-delay", metavar="SECONDS", type=float, default=2.0,
+        help="from light to the last byte of a group; older frames are dropped. Default: 2")  # fmt: skip
+    add("--idle", metavar="SECONDS", type=float, default=10.0,
+        help="without a whole frame, after which the show ends. Default: 10")  # fmt: skip
+    add("--units", metavar="UNIT", help="of the calibration, if its format does not say: millimetres")
+    add("--up", choices=UPS, help="axis of the world that points up")
+    add("--title", metavar="TEXT", default="", help="name of the scene")
+    add = out.section("Keying (docs/tools/fvvcapture-keying.md)").add
+    add("--key", choices=("auto", "chroma", "difference", "both"), default="auto",
+        help="what tells the action from the background")  # fmt: skip
+    add("--backing", metavar="R,G,B", help="colour of the screen. Default: measured in the plate")
+    add("--shadows", choices=("drop", "keep"), default="drop", help="whether shadows are part of the action")
+    add = out.section("Visual hull (docs/tools/fvvcapture-hull.md)").add
+    add(
+        "--bounds",
+        metavar="X,Y,Z,X,Y,Z",
+        required=True,
+        help="where the action is: low and high corner in metres",
+    )
+    add("--cell", metavar="LENGTH", help="of the finest grid: 25mm; larger where that does not hold the rate")
+    add("--max-error", metavar="PIXELS", type=float, help="in place of --cell. Default: 4")
+    add("--floor", metavar="METRES", type=float, help="height below which nothing is; needs --up")
+    add("--least-views", metavar="N", type=int, help="cameras that must see a point. Default: 3")
+    add("--missed", metavar="N", type=int, default=0, help="silhouettes that may miss a point")
+    add("--min-share", metavar="SHARE", type=float, default=0.02,
+        help="components below this share of the largest are dropped")  # fmt: skip
+    add = out.section("Running").add
+    add("--mux", metavar="OPTION=VALUE", action="append", default=[], help="option of fvvmux: scale=0.5")
+    add("--jobs", metavar="N", type=int, help="processes that make frames. Default: one for each processor")
     return out

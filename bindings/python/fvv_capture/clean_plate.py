@@ -111,14 +111,16 @@ def _noise_of(picture: Floats) -> float:
     return float(numpy.median(numpy.abs(cv2.filter2D(picture, -1, kernel))) / 0.6745 / 6.0)
 
 
-def drift(picture: Floats, plate: Floats, believed: Flags | None = None) -> tuple[Floats, Floats]:
+def drift(
+    picture: Floats, plate: Floats, believed: Flags | None = None, samples: int = 40000
+) -> tuple[Floats, Floats]:
     """Gain and offset, (3,) each, that turn the plate's levels into the picture's: exposure and white balance drift.
 
-    picture, plate: (height, width, 3); sizes are equal. believed: (height, width), where the plate is known. A line is fitted
+    picture, plate: (height, width, 3); sizes are equal. believed: (height, width), where the plate is known. samples: pixels that are looked at, about. A line is fitted
     through medians of the picture's levels over bins of the plate's, iterated with the residual's own spread (a robust fit:
     subjects are outliers as long as they cover less than half of each range of levels).
     """
-    step = max(1, int((picture.shape[0] * picture.shape[1] / 40000) ** 0.5))
+    step = max(1, int((picture.shape[0] * picture.shape[1] / samples) ** 0.5))
     seen, expected = picture[::step, ::step].astype(numpy.float32), plate[::step, ::step]
     use = numpy.ones(seen.shape[:2], bool) if believed is None else believed[::step, ::step]
     gain, offset = numpy.ones(3, numpy.float32), numpy.zeros(3, numpy.float32)

@@ -15,11 +15,11 @@ from fvv.command import DONE, LOSS, exit_code
 from fvv.errors import UsageError
 from fvv.interop.optional_import import optional_import
 
-from .arguments import calibrate_parser, capture_parser, listed
+from .arguments import calibrate_parser, capture_parser, listed, live_parser
 from .progress import Show
 
 
-def _pair(text: str, option: str, kind: Any) -> tuple[str, Any]:
+def pair_of(text: str, option: str, kind: Any) -> tuple[str, Any]:
     name, sign, value = text.rpartition("=")
     if not sign or not name:
         raise UsageError(f"{option}: expected NAME=VALUE, found {text}")
@@ -64,17 +64,18 @@ def _length(text: str, option: str) -> float:
     return value
 
 
-def request_of(given: argparse.Namespace) -> Any:
-    """A `process.Request`. Raises `UsageError`."""
-    from .hull import DEFAULT_ERROR, HullOptions
-    from .keying import KeyOptions
-    from .pipeline import Options
-    from .process import Request
+def backing_of(given: argparse.Namespace) -> tuple[int, int, int] | None:
+    """The colour of the screen. Raises `UsageError`, as all of these."""
+    if given.backing is None:
+        return None
+    red, green, blue = (int(v) for v in _numbers(given.backing, "--backing", 3))
+    return red, green, blue
 
-    backing = None
-    if given.backing is not None:
-        red, green, blue = (int(v) for v in _numbers(given.backing, "--backing", 3))
-        backing = (red, green, blue)
+
+def hull_of(given: argparse.Namespace, smoothing: int = 0) -> Any:
+    """A `hull.HullOptions`."""
+    from .hull import DEFAULT_ERROR, HullOptions
+
     if given.cell is not None and given.max_error is not None:
         raise UsageError("expected --cell or --max-error, not both")
     cell = None if given.cell is None else _length(given.cell, "--cell")
@@ -87,16 +88,49 @@ def request_of(given: argparse.Namespace) -> Any:
         axis["xyz".index(given.up[1])] = 1.0 if given.up[0] == "+" else -1.0
         floor = (tuple(axis), given.floor)
     views = {} if given.least_views is None else {"least_views": given.least_views}
-    hull = HullOptions(
+    return HullOptions(
         cell=cell, max_error=error, missed=given.missed, floor=floor, min_share=given.min_share,
-        smoothing=given.smoothing, **views,
+        smoothing=smoothing, **views,
     )  # fmt: skip
-    bounds = None
-    if given.bounds is not None:
-        box = _numbers(given.bounds, "--bounds", 6)
-        if not all(low < high for low, high in zip(box[:3], box[3:])):
-            raise UsageError(f"--bounds: expected the low corner before the high one, found {given.bounds}")
-        bounds = ((box[0], box[1], box[2]), (box[3], box[4], box[5]))
+
+
+def bounds_of(given: argparse.Namespace) -> Any:
+    """Low and high corner; None: they are not given."""
+    if given.bounds is None:
+        return None
+    box = _numbers(given.bounds, "--bounds", 6)
+    if not all(low < high for low, high in zip(box[:3], box[3:])):
+        raise UsageError(f"--bounds: expected the low corner before the high one, found {given.bounds}")
+    return (box[0], box[1], box[2]), (box[3], box[4], box[5])
+
+
+def rate_of(given: argparse.Namespace) -> Fraction | None:
+    """Frames a second; None: they are not given."""
+    if given.fps is None:
+        return None
+    try:
+        rate = Fraction(given.fps)
+    except (ValueError, ZeroDivisionError):
+        rate = Fraction(0)
+    if rate <= 0:
+        raise UsageError(f"--fps: expected a number above 0 or a fraction, found {given.fps}")
+    return rate
+
+
+def mux_of(given: argparse.Namespace) -> dict[str, str]:
+    """Options of fvvmux, by the names of Python."""
+    return {
+        name.replace("-", "_"): value for name, value in (pair_of(text, "--mux", str) for text in given.mux)
+    }
+
+
+def request_of(given: argparse.Namespace) -> Any:
+    """A `process.Request`."""
+    from .keying import KeyOptions
+    from .pipeline import Options
+    from .process import Request
+
+    backing, hull, bounds = backing_of(given), hull_of(given, given.smoothing), bounds_of(given)
     options = Options(
         key=KeyOptions(mode=given.key, backing=backing, shadows=given.shadows == "drop", refine=given.refine),
         hull=hull,
@@ -104,22 +138,14 @@ def request_of(given: argparse.Namespace) -> Any:
         keep_grids=given.grids,
         refined=given.surface == "refined",
     )
-    rate = None
-    if given.fps is not None:
-        try:
-            rate = Fraction(given.fps)
-        except (ValueError, ZeroDivisionError):
-            rate = Fraction(0)
-        if rate <= 0:
-            raise UsageError(f"--fps: expected a number above 0 or a fraction, found {given.fps}")
-    mux = dict(_pair(text, "--mux", str) for text in given.mux)
+    rate, mux = rate_of(given), mux_of(given)
     if mux and not given.output.endswith(".fvv") and not given.held_out:
         raise UsageError("--mux: expected with -o NAME.fvv")
     if given.jobs is not None and given.jobs < 1:
         raise UsageError(f"--jobs: expected 1 or more, found {given.jobs}")
     places = {}
     for text in given.place:
-        name, value = _pair(text, "--place", str)
+        name, value = pair_of(text, "--place", str)
         x, y = _numbers(value, "--place", 2)
         places[name] = (int(x), int(y))
     return Request(
@@ -129,7 +155,7 @@ def request_of(given: argparse.Namespace) -> Any:
         plates=given.plate,
         masks=given.masks,
         rate=rate,
-        offsets=dict(_pair(text, "--offset", float) for text in given.offset),
+        offsets=dict(pair_of(text, "--offset", float) for text in given.offset),
         synchronise=given.synchronise,
         units=given.units,
         up=given.up,
@@ -145,7 +171,7 @@ def request_of(given: argparse.Namespace) -> Any:
         chart=given.chart,
         held_out=given.held_out,
         options=options,
-        mux={name.replace("-", "_"): value for name, value in mux.items()},
+        mux=mux,
         force=given.force,
     )
 
@@ -219,6 +245,11 @@ def main(arguments: list[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
 
     def run_command() -> int:
+        if arguments[:1] == ["live"]:
+            given = live_parser(__version__).parse(arguments[1:])
+            from .live import command as live  # after the help, which needs neither OpenCV nor PyAV
+
+            return live.run(given)
         if arguments[:1] != ["calibrate"]:
             return run(capture_parser(__version__).parse(arguments))
         given = calibrate_parser(__version__).parse(arguments[1:])

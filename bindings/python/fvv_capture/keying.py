@@ -23,8 +23,6 @@ cv2: Any = optional_import("cv2", "capture")
 
 MODES = ("auto", "chroma", "difference", "both")
 REFINEMENTS = ("none", "edge", "graph")
-#: Pixels along the longer side that scores are computed at.
-WORK_SIDE = 960
 #: Standard deviations from the plate at which a pixel is foreground, if it hangs together with stronger ones.
 THRESHOLD = 5.0
 #: A piece of foreground needs pixels of this many times the threshold.
@@ -57,6 +55,9 @@ class KeyOptions:
     shadows: bool = True  #: Shadows and mild reflections are background.
     min_piece: float = 0.0005  #: Smaller pieces are dropped; part of the picture's pixels.
     max_hole: float = 0.0002  #: Smaller holes are filled; part of the picture's pixels.
+    work_side: int = 960  #: Pixels along the longer side that scores are computed at.
+    #: Pixels by which drift of exposure is measured, about. A tenth of them takes a third of the time of a key.
+    drift_samples: int = 40000
     refine: str = (
         "none"  #: "none"; "edge": the outline follows edges of the picture; "graph": the least cut, slow.
     )
@@ -68,6 +69,9 @@ class KeyOptions:
             raise UsageError(f"refinement {self.refine!r}; one of {', '.join(REFINEMENTS)} is expected")
         if not self.tolerance > 0:
             raise UsageError(f"tolerance {self.tolerance}; a number above 0 is expected")
+        for name, least in (("drift_samples", 400), ("work_side", 32)):
+            if getattr(self, name) < least:
+                raise UsageError(f"{name} {getattr(self, name)}; {least} or more are expected")
         for name in ("min_piece", "max_hole"):
             if not 0 <= getattr(self, name) < 1:
                 raise UsageError(f"{name} {getattr(self, name)}; a part of the picture, 0 to 1, is expected")
@@ -85,6 +89,19 @@ class Key:
     spill: float  #: 0 to 1: pixels at the outline that have the tint of the backing; 0 where there is no backing.
     mode: str  #: "chroma", "difference" or "both".
     notes: tuple[str, ...] = ()  #: What a person should know of this key.
+
+
+@dataclasses.dataclass(frozen=True)
+class _Keyed:
+    """A mask, and at working size what it was made from."""
+
+    mask: Mask  #: Of the picture's size.
+    small_mask: Mask
+    score: Floats
+    plain: Floats  #: The score before a cut.
+    changed: Floats
+    unsure: Flags | None
+    pieces: int
 
 
 def volume_matte(camera: Camera, low: ArrayLike, high: ArrayLike) -> Mask:
@@ -153,10 +170,10 @@ class Keyer:
         self._plate = plate
         self._scale = 1.0
         if plate is not None:
-            self._scale = min(1.0, WORK_SIDE / max(plate.size))
+            self._scale = min(1.0, options.work_side / max(plate.size))
             self._colour: Floats = small(plate.colour, self._scale).astype(numpy.float32)
             noise = small(plate.noise, self._scale).astype(numpy.float32)
-            self._noise = self._widened(noise)
+            self._inverse: Floats = 1 / self._widened(noise)
             coverage = small(plate.coverage, self._scale)
             self._seen: Flags = coverage >= COVERED
             self._changed: Flags = coverage < ALWAYS
@@ -241,13 +258,33 @@ class Keyer:
         0.6 outside), less what is open (scores from 0.6 to 1.6) relative to the mask's area, less the mask over background that
         was never seen. It goes by the scores before a cut: a cut is always sure. It is 0 for an empty mask. `UsageError`: sizes differ.
         """
+        keyed = self._keyed(picture, garbage)
+        confidence = self._confidence(keyed.plain, keyed.small_mask, keyed.unsure)
+        size = (picture.shape[1], picture.shape[0])
+        matte, change = (
+            numpy.clip(s * 127.5 + 0.5, 0, 255).astype(numpy.uint8) for s in (keyed.score, keyed.changed)
+        )
+        if matte.shape != picture.shape[:2]:
+            matte, change = (cv2.resize(m, size, interpolation=cv2.INTER_LINEAR) for m in (matte, change))
+        mask = keyed.mask
+        notes = []
+        if not mask.any():
+            notes.append("nothing is keyed: the picture is like its background")
+        spill = 0.0 if self._backing is None else self._backing.spill(picture, mask)
+        return Key(mask, matte, change, confidence, keyed.pieces, spill, self.mode, tuple(notes))
+
+    def mask(self, picture: Picture, garbage: Mask | None = None) -> Mask:
+        """The mask of `key` alone, in less time."""
+        return self._keyed(picture, garbage).mask
+
+    def _keyed(self, picture: Picture, garbage: Mask | None) -> _Keyed:
         checked(picture, self._size)
         size = (picture.shape[1], picture.shape[0])
         if garbage is not None and garbage.shape != picture.shape[:2]:
             raise UsageError(
                 f"garbage matte has {garbage.shape[1]}x{garbage.shape[0]} pixels; {size[0]}x{size[1]} are expected"
             )
-        scale = min(1.0, WORK_SIDE / max(size))
+        scale = min(1.0, self.options.work_side / max(size))
         reduced = small(picture, scale).astype(numpy.uint8)
         within = None
         if garbage is not None:
@@ -260,20 +297,12 @@ class Keyer:
             score = self._cut(reduced, score, within)
         ratio = None if self._model is None else self._model.ratio(reduced)
         mask, pieces = self._pieces(score, within, ratio)
-        confidence = self._confidence(plain, mask, unsure)
-        matte, change = (numpy.clip(s * 127.5 + 0.5, 0, 255).astype(numpy.uint8) for s in (score, changed))
-        if scale < 1:
-            mask = self._enlarged(mask, score, size)
-            matte, change = (cv2.resize(m, size, interpolation=cv2.INTER_LINEAR) for m in (matte, change))
+        full = self._enlarged(mask, score, size) if scale < 1 else mask
         if self.options.refine == "edge":
-            mask = _along_edges(picture, mask)
+            full = _along_edges(picture, full)
         if garbage is not None:
-            mask = cv2.bitwise_and(mask, (garbage > 0).astype(numpy.uint8) * 255)
-        notes = []
-        if not mask.any():
-            notes.append("nothing is keyed: the picture is like its background")
-        spill = 0.0 if self._backing is None else self._backing.spill(picture, mask)
-        return Key(mask, matte, change, confidence, pieces, spill, self.mode, tuple(notes))
+            full = cv2.bitwise_and(full, (garbage > 0).astype(numpy.uint8) * 255)
+        return _Keyed(full, mask, score, plain, changed, unsure, pieces)
 
     def _scores(self, reduced: Picture) -> tuple[Floats, Floats, Flags | None]:
         """(h, w) each: 1 at the threshold, more is foreground; the same before shadows are dropped; and where the background is
@@ -297,23 +326,27 @@ class Keyer:
 
     def _difference(self, reduced: Picture) -> tuple[Floats, Floats]:
         """Scores against the plate (h, w), without and with shadows."""
-        gain, offset = drift(reduced, self._colour, self._seen)
-        expected = self._colour * gain + offset
-        inverse = 1 / self._noise
-        rest = (reduced - expected) * inverse
+        gain, offset = drift(reduced, self._colour, self._seen, self.options.drift_samples)
+        # OpenCV's loops over three channels take a fraction of numpy's.
+        expected = cv2.transform(self._colour, numpy.column_stack([numpy.diag(gain), offset]))
+        inverse = self._inverse
+        seen = reduced.astype(numpy.float32)
+        rest = cv2.multiply(cv2.subtract(seen, expected), inverse)
         limit = numpy.float32(THRESHOLD * self.options.tolerance)
-        changed = score = smoothed(numpy.sqrt(_sum3(rest * rest)) / limit)
+        changed = score = smoothed(numpy.sqrt(_sum3(cv2.multiply(rest, rest))) / limit)
         # Brightness and chromaticity distortion, Horprasert, Harwood and Davis 1999.
-        scaled = expected * inverse
-        norm = _sum3(scaled * scaled)
-        alpha = _sum3(reduced * inverse * scaled) / numpy.maximum(norm, 1e-3)
+        scaled, levels = cv2.multiply(expected, inverse), cv2.multiply(seen, inverse)
+        norm = _sum3(cv2.multiply(scaled, scaled))
+        alpha = _sum3(cv2.multiply(levels, scaled)) / numpy.maximum(norm, 1e-3)
         if self.options.shadows:
             # Means of the vectors, not of their sizes: noise cancels, and the tint of dark skin on a wooden floor stays.
-            chroma = cv2.blur((reduced * inverse) - alpha[..., None] * scaled, (5, 5))
-            apart = numpy.sqrt(_sum3(chroma * chroma))
+            chroma = cv2.blur(
+                cv2.subtract(levels, cv2.multiply(cv2.merge([alpha, alpha, alpha]), scaled)), (5, 5)
+            )
+            apart = numpy.sqrt(_sum3(cv2.multiply(chroma, chroma)))
             # A plate of a clip may hold shadows of somebody who stood still: what is brighter then is background too.
             brightest = numpy.where(self._changed, 1 / SHADOW[0], SHADOW[1])
-            shade = (alpha > SHADOW[0]) & (alpha < brightest) & (expected.max(axis=2) > 40)
+            shade = (alpha > SHADOW[0]) & (alpha < brightest) & (_largest(expected) > 40)
             calm = apart / numpy.float32(SHADOW_CHROMA * self.options.tolerance)
             shaded = (shade & (calm < 1) & (score > 1)).astype(numpy.uint8)
             # A shadow is an area. Thin ones are outlines, where dark clothes mix with the background.
@@ -404,6 +437,13 @@ def _sum3(levels: Floats) -> Floats:
     """The sum over the channels of (h, w, 3)."""
     total: Floats = cv2.transform(levels, numpy.ones((1, 3), numpy.float32))
     return total
+
+
+def _largest(levels: Floats) -> Floats:
+    """The largest of the channels of (h, w, 3)."""
+    red, green, blue = cv2.split(levels)
+    largest: Floats = cv2.max(cv2.max(red, green), blue)
+    return largest
 
 
 def _sharpened(score: Floats) -> Floats:

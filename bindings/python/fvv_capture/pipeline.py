@@ -117,7 +117,7 @@ def _key(
     """Frames that follow share those of moments between their pictures."""
     footage = _footage(description)
     camera = footage.camera(index, frame)
-    matte = None if bounds is None or camera is None else _matte(camera, bounds)
+    matte = None if bounds is None or camera is None else volume_pixels(camera, bounds)
     return _keyer(keyer).key(_picture(footage, index, frame), matte)
 
 
@@ -242,7 +242,7 @@ def mask_of(work: Work, index: int, frame: int) -> NDArray[numpy.uint8]:
     return _key(work.description, index, frame, file, work.bounds).mask
 
 
-def _matte(
+def volume_pixels(
     camera: Camera, bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
 ) -> NDArray[numpy.uint8]:
     """The pixels that show the bounds; none for a camera that looks elsewhere."""

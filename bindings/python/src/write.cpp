@@ -5,6 +5,7 @@
 #include "fvv_media/video.h"
 #include "fvv_mux/encoder.h"
 #include "fvv_mux/muxer.h"
+#include "fvv_mux/realtime.h"
 #include "fvv_mux/segments.h"
 #include "fvv_scene/inputs.h"
 #include "options.h"
@@ -58,6 +59,13 @@ public:
     if (!progress.is_none()) out.on_progress = [this](size_t frames) { run([&] { progress(frames); }); };
     out.is_cancelled = [this] { return is_cancelled(); };
     return out;
+  }
+
+  // handler(kind, frame, age, text)
+  std::function<void(const mux::RealtimeEvent &)> events(const py::object &handler) {
+    return [this, handler = &handler](const mux::RealtimeEvent &event) {
+      run([&] { (*handler)(mux::name_of(event.kind), event.frame, event.age, python_words(event.text)); });
+    };
   }
 
 private:
@@ -176,6 +184,26 @@ private:
   std::optional<mux::Muxer> muxer;
   std::optional<mux::Report> report;
 };
+
+// Packs the frames that come from a pipe until it ends. Returns the summary.
+py::object pack_pipe(int descriptor, const py::dict &options, double most_delay, double idle,
+                     const std::string &output, const py::object &sink, const py::object &on_warning,
+                     const py::object &on_event) {
+  const mux::Options chosen = capture_options("the pipe", options);
+  mux::RealtimeOptions realtime;
+  realtime.pipe = descriptor;
+  realtime.most_delay = most_delay;
+  realtime.idle = idle;
+  Calls calls(sink, on_warning, py::none());
+  std::optional<mux::Report> report;
+  calls.guard(FVV_ERROR_DAMAGED, [&] {
+    report.emplace(mux::pack_arriving(chosen, realtime, calls.bytes(), calls.observer(),
+                                      calls.events(on_event), [] { return false; }));
+  });
+  py::object out = parsed(mux::report_json(*report, output, Spelling::python));
+  out["warned"] = report->warned;
+  return out;
+}
 
 // Cuts a stream into files; write_file(name, chunks) is called for each of them with its bytes.
 py::tuple write_segments(const std::string &stream, const py::object &write_file) {
@@ -382,6 +410,8 @@ void register_write(py::module_ &module) {
       .def("close", &FrameWriter::close);
   module.def("files_of", &files_of, py::arg("capture"), py::arg("options") = py::dict());
   module.def("describe_inputs", &describe_inputs, py::arg("capture"), py::arg("options"), py::arg("path"));
+  module.def("pack_pipe", &pack_pipe, py::arg("descriptor"), py::arg("options"), py::arg("most_delay"),
+             py::arg("idle"), py::arg("output"), py::arg("sink"), py::arg("on_warning"), py::arg("on_event"));
   module.def("write_segments", &write_segments, py::arg("stream"), py::arg("write_file"));
 }
 

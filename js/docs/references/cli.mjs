@@ -21,6 +21,7 @@ const TOOLS = {
 const PYTHON_TOOLS = {
   fvvcapture: "tools/fvvcapture.md",
   "fvvcapture calibrate": "tools/fvvcapture-calibrate.md",
+  "fvvcapture live": "guide/live.md",
 };
 
 const escaped = (text) =>

@@ -11,7 +11,7 @@ import pytest
 from conftest import ROOT
 from fvv_capture.arguments import calibrate_parser, capture_parser
 
-COMMANDS = pytest.mark.parametrize("name", ["fvvcapture", "fvvcapture calibrate"])
+COMMANDS = pytest.mark.parametrize("name", ["fvvcapture", "fvvcapture calibrate", "fvvcapture live"])
 
 
 def called(name, *arguments):
@@ -80,7 +80,7 @@ def test_the_documentation_reads_the_same():
     read = json.loads(subprocess.run(script, capture_output=True, text=True, check=True).stdout)
     for found in read:
         assert found == {**json.loads(called(found["tool"], "--help-json").stdout), "version": ""}
-    assert [found["tool"] for found in read] == ["fvvcapture", "fvvcapture calibrate"]
+    assert [found["tool"] for found in read] == ["fvvcapture", "fvvcapture calibrate", "fvvcapture live"]
 
 
 def test_values_may_begin_with_a_minus_sign():

@@ -12,7 +12,6 @@ namespace fvv::mux {
 
 namespace {
 
-constexpr const char *shown = "standard input";
 constexpr int look_again = 50; // milliseconds between looks at what may end a wait
 // Places in a row without a frame: minutes, and far less than a description may count.
 constexpr int64_t most_missing = 10'000;
@@ -37,12 +36,12 @@ size_t PipeBytes::read(void *bytes, size_t size) {
     pollfd wait = {descriptor, POLLIN, 0};
     const int found = poll(&wait, 1, look_again);
     if (found < 0 && errno != EINTR)
-      throw Error(shown, std::string("cannot wait for it: ") + std::strerror(errno));
+      throw Error(name, std::string("cannot wait for it: ") + std::strerror(errno));
     if (found > 0) {
       const ssize_t count = ::read(descriptor, bytes, size);
       if (count > 0) return size_t(count);
       if (count < 0 && errno != EINTR && errno != EAGAIN)
-        throw Error(shown, std::string("cannot read: ") + std::strerror(errno));
+        throw Error(name, std::string("cannot read: ") + std::strerror(errno));
       // Who stops a pipeline stops the writer too.
       if (count == 0 && !is_stopped()) return 0;
     }
@@ -52,9 +51,9 @@ size_t PipeBytes::read(void *bytes, size_t size) {
   }
 }
 
-OpenPipe::OpenPipe(const RealtimeOptions &realtime, const std::function<bool()> &is_stopped,
-                   const media::MemoryLimit &limit) try
-    : bytes(realtime.pipe, realtime.idle, is_stopped),
+OpenPipe::OpenPipe(const std::string &shown, const RealtimeOptions &realtime,
+                   const std::function<bool()> &is_stopped, const media::MemoryLimit &limit) try
+    : bytes(shown, realtime.pipe, realtime.idle, is_stopped),
       frames([this](void *to, size_t size) { return bytes.read(to, size); }, shown, limit) {
 } catch (const PipeBytes::Ended &ended) {
   throw Error(shown, "expected the description of a show: " + ended.reason);
@@ -75,9 +74,10 @@ int64_t PipeSource::place_of(int64_t number) const {
   const uint64_t after = uint64_t(number) - uint64_t(frames.first);
   if (after >= uint64_t(frames.places()) * uint64_t(frames.step)) return frames.places();
   if (after % uint64_t(frames.step))
-    throw Error(shown, fvv::format("expected a frame number that is %lld and a multiple of %lld, found %lld",
-                                   static_cast<long long>(frames.first), static_cast<long long>(frames.step),
-                                   static_cast<long long>(number)));
+    throw Error(capture.path,
+                fvv::format("expected a frame number that is %lld and a multiple of %lld, found %lld",
+                            static_cast<long long>(frames.first), static_cast<long long>(frames.step),
+                            static_cast<long long>(number)));
   return int64_t(after / uint64_t(frames.step));
 }
 
@@ -109,13 +109,14 @@ FrameSource::Item PipeSource::read() {
       continue;
     }
     if (at < place)
-      return failed(fvv::format("%s: expected frame %lld or a later one, found %lld", shown,
-                                static_cast<long long>(capture.frames.number_at(place)),
-                                static_cast<long long>(waiting->number)));
+      return failed(capture.path + fvv::format(": expected frame %lld or a later one, found %lld",
+                                               static_cast<long long>(capture.frames.number_at(place)),
+                                               static_cast<long long>(waiting->number)));
     if (at > place) {
       if (at - place > most_missing)
         return failed(
-            fvv::format("%s: expected at most %lld missing frames, found frame %lld after %lld", shown,
+            capture.path +
+            fvv::format(": expected at most %lld missing frames, found frame %lld after %lld",
                         static_cast<long long>(most_missing), static_cast<long long>(waiting->number),
                         static_cast<long long>(capture.frames.number_at(place) - capture.frames.step)));
       return missing();

@@ -18,8 +18,8 @@ public:
     std::string reason;
   };
 
-  PipeBytes(int from, double most_idle, std::function<bool()> stopped)
-      : descriptor(from), idle(most_idle), is_stopped_by_user(std::move(stopped)) {}
+  PipeBytes(const std::string &shown, int from, double most_idle, std::function<bool()> stopped)
+      : name(shown), descriptor(from), idle(most_idle), is_stopped_by_user(std::move(stopped)) {}
 
   // As FramePipe wants it. Throws Ended when the wait is over, and Error.
   size_t read(void *bytes, size_t size);
@@ -27,6 +27,7 @@ public:
   void close() { closed = true; }
 
 private:
+  const std::string name;
   const int descriptor; // borrowed
   const double idle;    // seconds
   const std::function<bool()> is_stopped_by_user;
@@ -38,8 +39,8 @@ struct OpenPipe {
   PipeBytes bytes;
   FramePipe frames;
 
-  // Reads the description. Throws Error, also when nothing comes.
-  OpenPipe(const RealtimeOptions &realtime, const std::function<bool()> &is_stopped,
+  // Reads the description. name: in messages. Throws Error, also when nothing comes.
+  OpenPipe(const std::string &name, const RealtimeOptions &realtime, const std::function<bool()> &is_stopped,
            const media::MemoryLimit &limit);
 };
 

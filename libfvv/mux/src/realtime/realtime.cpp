@@ -100,7 +100,8 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
                      const std::function<bool()> &is_stopped) {
   Options options = given;
   std::unique_ptr<OpenPipe> pipe;
-  if (realtime.pipe >= 0) pipe = std::make_unique<OpenPipe>(realtime, is_stopped, memory_limit_of(options));
+  if (realtime.pipe >= 0)
+    pipe = std::make_unique<OpenPipe>(options.capture, realtime, is_stopped, memory_limit_of(options));
   scene::Capture capture =
       pipe ? pipe->frames.capture()
            : scene::load_capture(options.capture, options.inputs, memory_limit_of(options));

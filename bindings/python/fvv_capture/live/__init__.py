@@ -1,0 +1,1 @@
+"""From streams of cameras to a stream of meshes while it is filmed: the command `fvvcapture live`."""
