@@ -45,14 +45,12 @@ export class RungChoice {
     };
     return { chooser: this.chooser, wish, best: () => this.#bestShown(), seconds };
   }
-  /** The smallest rung that has a pixel for each pixel of the screen. */
+  /** The smallest rung that has a pixel for each pixel of the screen, and of those of its size the best. */
   #bestShown() {
     const shown = this.shownScale;
     if (shown === null) return 0;
-    return Math.max(
-      0,
-      this.all.findLastIndex(({ scale }) => scale === null || scale >= shown),
-    );
+    const smallest = this.all.findLast(({ scale }) => scale === null || scale >= shown);
+    return smallest ? this.all.findIndex(({ scale }) => scale === smallest.scale) : 0;
   }
   /**
    * The rung that is worth fetching for a frame that stays on screen: the one that is wanted, else the best that is shown and

@@ -12,6 +12,7 @@ import { onReports } from "../../testing/reports.mjs";
 import { serveFolder } from "../../testing/served.mjs";
 import { Chooser, LiveChooser, Throughput, rungsOf } from "../dist/ladder.js";
 import { createDecoder } from "../dist/index.js";
+import { RungChoice } from "../dist/rung_choice.js";
 import { awaitPost, browsers, visit } from "./browsers.mjs";
 import { frameHashes, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve, WebSocket } from "./server.mjs";
@@ -517,4 +518,20 @@ test("live: fvvserve sends the rung that is wanted, and the decoder chooses by t
   } finally {
     close();
   }
+});
+
+test("the best rung that is shown has the smallest size that suffices, and of that size the best quality", () => {
+  const bestShown = (scales, shown) => {
+    const choice = new RungChoice("auto", () => scales.map((scale) => ({ scale })));
+    choice.shownScale = shown;
+    return choice.asked(() => 0).best();
+  };
+  assert.equal(bestShown([1, 0.5, 0.25], null), 0);
+  assert.equal(bestShown([1, 0.5, 0.25], 1.5), 0);
+  assert.equal(bestShown([1, 0.5, 0.25], 0.6), 0);
+  assert.equal(bestShown([1, 0.5, 0.25], 0.5), 1);
+  assert.equal(bestShown([1, 0.5, 0.25], 0.1), 2);
+  assert.equal(bestShown([1, 1, 1], 0.1), 0);
+  assert.equal(bestShown([1, 1, 0.5, 0.5], 0.4), 2);
+  assert.equal(bestShown([null, null], 0.4), 0); // an atlas has no tiles
 });

@@ -672,10 +672,18 @@ void check_ladder(const Options &options) {
   for (size_t i = 0; i < ladder.size(); i++) {
     if (!(ladder[i].scale > 0 && ladder[i].scale <= 1))
       refuse("scales above 0 and at most 1", fvv::format("%g", ladder[i].scale));
-    if (i && !(ladder[i].scale < ladder[i - 1].scale))
+    if (ladder[i].psnr) {
+      if (ladder[i].scale != 1) refuse("the scale 1 with a PSNR", fvv::format("%g", ladder[i].scale));
+      if (i && !(ladder[i].psnr < ladder[i - 1].psnr))
+        refuse("falling PSNR", fvv::format("%g after %g", ladder[i].psnr, ladder[i - 1].psnr));
+    } else if (i && !(ladder[i].scale < ladder[i - 1].scale))
       refuse("every rung lower than the one before",
              fvv::format("%g after %g", ladder[i].scale, ladder[i - 1].scale));
     if (!ladder[i].bit_rate != !ladder[0].bit_rate) refuse("bit rates of all rungs or of none", "both");
+    if (!ladder[i].psnr != !ladder[0].psnr) refuse("a PSNR of all rungs or of none", "both");
+    if (ladder[i].psnr && options.bit_rate) refuse("a PSNR of each rung without bits a second", "both");
+    if (ladder[i].psnr && options.codec == FVV_CODEC_OEXR)
+      refuse("scales with pictures that are lossless", fvv::format("%g dB", ladder[i].psnr));
   }
 }
 

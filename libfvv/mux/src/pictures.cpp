@@ -463,11 +463,8 @@ private:
   size_t taken = 0;           // bytes of those
 };
 
-// dB for each halving of the size (docs/encoding/ladder.md): detail that is missing in the pictures of a rung
-// anyway hides that much error.
-constexpr double rung_loss = 9;
-// But no less than this, in dB, unless the first rung has less: below it a picture is hardly more than a
-// blur.
+// The least for rungs by size, in dB, unless the first rung has less: below it a picture is hardly more than
+// a blur.
 constexpr double least_rung_psnr = 27;
 
 // Of all tracks of a rung.
@@ -516,8 +513,10 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
       choice.settings.parts = 0;
     }
     const double first = options.quality.is_psnr || !best ? options.quality.value : best->sample_psnr;
-    const double target = std::max(first + rung_loss * std::log2(plan.rung_scale(track.rung)),
-                                   std::min(first, least_rung_psnr));
+    const double own = options.ladder.empty() ? 0 : options.ladder[track.rung].psnr;
+    const double target = own ? own
+                              : std::max(first + psnr_of_halving * std::log2(plan.rung_scale(track.rung)),
+                                         std::min(first, least_rung_psnr));
     if (best && !options.bit_rate) {
       choice.settings.quality = best->settings.quality;
       choice.settings.parts = best->settings.parts;

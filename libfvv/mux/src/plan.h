@@ -278,6 +278,12 @@ struct Plan {
   double rung_scale(size_t rung) const {
     return rung ? options.ladder[rung].scale / options.ladder[0].scale : 1;
   }
+  // By which the error of meshes is divided. Where pictures stay as large, meshes are seen as well as before,
+  // and may err half as much more as those of the size that deserves the quality (docs/encoding/ladder.md).
+  double rung_detail(size_t rung) const {
+    if (!rung || !options.ladder[rung].psnr) return rung_scale(rung);
+    return std::exp2((options.ladder[rung].psnr - options.ladder[0].psnr) / (2 * psnr_of_halving));
+  }
   bool has_meshes() const { return capture.meshes.has_value(); }
   bool has_mesh(size_t frame) const { return capture.has_mesh(capture.frames.number(int64_t(frame))); }
   size_t frame_count() const { return size_t(capture.frames.count); }

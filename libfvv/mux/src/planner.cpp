@@ -279,6 +279,8 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   plan.options = options;
   if (!options.ladder.empty() && options.ladder[0].bit_rate)
     plan.options.bit_rate = options.ladder[0].bit_rate;
+  if (!options.ladder.empty() && options.ladder[0].psnr)
+    plan.options.quality = {true, options.ladder[0].psnr};
   plan.videos = std::make_shared<scene::Videos>(options.threads, given.memory_limit);
   plan.capture = std::move(given);
   if (options.track != Track::never && !plan.capture.memory)

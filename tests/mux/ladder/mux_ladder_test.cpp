@@ -149,6 +149,33 @@ TEST_CASE("rates of rungs") {
   CHECK(fvv_configuration_track(&stream.configuration(), 8)->bit_rate == 100000);
 }
 
+TEST_CASE("rungs of qualities have the full size and coarser meshes") {
+  const Folder folder;
+  FileOptions options = three_rungs(folder);
+  options.ladder = mux::parse_ladder("ladder", "40dB,34dB,28dB");
+  CHECK(mux::ladder_text(options.ladder) == "40dB,34dB,28dB");
+  options.mesh_ladder = mux::MeshLadder::automatic;
+  const mux::Report report = mux_file(options);
+  REQUIRE(report.videos.size() == 3);
+  for (size_t rung = 0; rung < 3; rung++) {
+    CHECK(report.videos[rung].sample_psnr == Approx(40.0 - 6 * double(rung)).margin(1.5));
+    CHECK(report.videos[rung].width == report.videos[0].width);
+    CHECK(report.videos[rung].target_rate == 0);
+    if (rung) CHECK(report.videos[rung].payload < report.videos[rung - 1].payload);
+  }
+  CHECK(report.target_psnr == 40.0);
+  // Half of what 6 dB are worth by the rule of sizes.
+  for (const mux::LowerMeshes &lower : report.lower_meshes)
+    CHECK(lower.max_error == Approx(report.budget.max_error * std::exp2(6.0 / 18 * double(lower.rung))));
+  CHECK(report.rung_scale(2) == 1);
+  options.bit_rate = 400000;
+  CHECK_THROWS_AS(mux_file(options), fvv::Error);
+  options.bit_rate = 0;
+  options.codec = FVV_CODEC_OEXR;
+  options.bit_depth = 16;
+  CHECK_THROWS_AS(mux_file(options), fvv::Error);
+}
+
 TEST_CASE("the scale of the first rung counts too") {
   const Folder folder;
   FileOptions options = three_rungs(folder);
@@ -164,14 +191,19 @@ TEST_CASE("ladders that are refused") {
   const Folder folder;
   FileOptions options = three_rungs(folder);
   using Ladder = std::vector<mux::Rung>;
-  for (const Ladder &ladder : {Ladder{{1}}, Ladder{{1}, {1}}, Ladder{{0.5}, {1}}, Ladder{{1}, {0}},
-                               Ladder{{1}, {-0.5}}, Ladder{{2}, {1}}, Ladder{{1, 1000}, {0.5}},
-                               Ladder{{0.9}, {0.8}, {0.7}, {0.6}, {0.5}, {0.4}, {0.3}, {0.2}, {0.1}}}) {
+  for (const Ladder &ladder :
+       {Ladder{{1}}, Ladder{{1}, {1}}, Ladder{{0.5}, {1}}, Ladder{{1}, {0}}, Ladder{{1}, {-0.5}},
+        Ladder{{2}, {1}}, Ladder{{1, 1000}, {0.5}}, Ladder{{1, 0, 36}, {1, 0, 40}}, Ladder{{1, 0, 40}, {1}},
+        Ladder{{1, 0, 40}, {0.5, 0, 36}},
+        Ladder{{0.9}, {0.8}, {0.7}, {0.6}, {0.5}, {0.4}, {0.3}, {0.2}, {0.1}}}) {
     options.ladder = ladder;
     CHECK_THROWS_AS(mux::make_plan(options, {}), fvv::Error);
   }
-  for (const char *text : {"", "1", "1,1", "0.5,1", "1,0", "1,-0.5", "1,0.5,", "1,nan", "1,8M", "2M,8M",
-                           "8M,8M", "8M,10", "1,a", "1,0.9,0.8,0.7,0.6,0.5,0.4,0.3,0.2"})
+  for (const char *text :
+       {"",         "1",       "1,1",      "0.5,1",     "1,0",
+        "1,-0.5",   "1,0.5,",  "1,nan",    "1,8M",      "2M,8M",
+        "8M,8M",    "8M,10",   "40dB",     "36dB,40dB", "40dB,40dB",
+        "40dB,0.5", "40dB,1M", "40dB,xdB", "1,a",       "1,0.9,0.8,0.7,0.6,0.5,0.4,0.3,0.2"})
     CHECK_THROWS_AS(mux::parse_ladder("ladder", text), fvv::Error);
   CHECK(mux::parse_ladder("ladder", "1,0.5,0.25").size() == 3);
   const Ladder rates = mux::parse_ladder("ladder", "8M,2M,500k");

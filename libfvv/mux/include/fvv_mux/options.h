@@ -36,14 +36,18 @@ struct TileSize {
   uint16_t width, height;
 };
 
-// A rung of the ladder of quality: the pictures once more, smaller, and perhaps coarser meshes.
+// A rung of the ladder of quality: the pictures once more, smaller or coarser, and perhaps coarser meshes.
 struct Rung {
   double scale;          // of pictures, times that of the options; 0 < scale <= 1
   uint64_t bit_rate = 0; // of all video tracks of the rung; 0: by Options::bit_rate, or by quality
+  double psnr = 0;       // dB, as Quality::value, of pictures that all have the scale 1; 0: by the scale
 };
 constexpr size_t most_rungs = 8;
 // The rate that a scale deserves is that power of it (docs/encoding/ladder.md).
 constexpr double rate_of_scale = 10.0 / 3;
+// dB for each halving of the size (likewise): detail that is missing in the pictures of a rung anyway hides
+// that much error.
+constexpr double psnr_of_halving = 9;
 // By rates alone.
 std::vector<Rung> ladder_of_rates(const std::vector<uint64_t> &rates);
 
@@ -126,7 +130,7 @@ struct Options {
   std::optional<TileSize> tile; // else scale holds
   double scale = 1;             // of pictures, 0 < scale <= 1
   double atlas_scale = 1;       // of those of the atlas, likewise
-  std::vector<Rung> ladder;     // 2 to most_rungs with falling scales; empty: every picture is sent once
+  std::vector<Rung> ladder; // 2 to most_rungs with falling scales or PSNR; empty: every picture is sent once
   MeshLadder mesh_ladder = MeshLadder::automatic;
   uint32_t texture_bits = 0; // of texture indices; 0: as the capture says, else libfvv's default
   TileFill tile_fill = TileFill::automatic;

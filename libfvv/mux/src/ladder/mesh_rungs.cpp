@@ -11,11 +11,11 @@ namespace fvv::mux {
 
 namespace {
 
-// A pixel of the rung is that many times as large as one of the first rung, and so is the error.
+// A pixel of a smaller rung is that many times as large as one of the first rung, and so is the error.
 MeshTrack coarser(const Plan &plan, const SampledScene &scene, size_t rung) {
   MeshTrack track;
   track.rung = rung;
-  track.times = 1 / plan.rung_scale(rung);
+  track.times = 1 / plan.rung_detail(rung);
   ErrorBudget error = plan.error;
   error.value *= track.times;
   track.lattice = plan.lattice;

@@ -398,11 +398,12 @@ std::vector<Option> picture_options() {
           .separated_by('x')
           .excludes("scale"),
       Row("ladder", "F,F",
-          "send the pictures at several sizes, of which a player takes one, and changes by the bandwidth "
-          "that it has: factors of the size, best first (1,0.75,0.5); the target PSNR falls by 9 dB per "
-          "halving. Or bits a second of each (8M,2M,500k) (docs/encoding/ladder.md)")
+          "send the pictures several times, of which a player takes one, and changes by the bandwidth "
+          "that it has, best first: qualities at the full size (42dB,36dB,30dB), which show most for their "
+          "bytes; factors of the size (1,0.75,0.5), which also spare players pixels, with a target PSNR "
+          "that falls by 9 dB per halving; or bits a second of each (8M,2M,500k) (docs/encoding/ladder.md)")
           .text<&Options::ladder>("str | Sequence[float | str]", "1,0.5", parse_ladder, ladder_text)
-          .brief(pictures, "several sizes, for players to choose by bandwidth: 1,0.75,0.5"),
+          .brief(pictures, "rungs, for players to choose by bandwidth: 42dB,36dB,30dB"),
       Row("tile-fill", "HOW",
           "of tiles around the silhouette, where there are masks: keep, flat (its colours for 8 px, then "
           "grey), "
@@ -630,10 +631,11 @@ void set_option(Options &options, std::string_view name, std::string_view value)
 
 Options settled(Options options) {
   check_rows(options);
-  if (!options.ladder.empty() && options.ladder[0].bit_rate &&
+  if (!options.ladder.empty() && (options.ladder[0].bit_rate || options.ladder[0].psnr) &&
       (!options.quality.by_default || options.bit_rate))
-    refuse_option("ladder", "with bits a second of each rung there is no " + option_name("quality") +
-                                " and no " + option_name("bitrate"));
+    refuse_option("ladder", std::string("with ") + (options.ladder[0].psnr ? "a quality" : "bits a second") +
+                                " of each rung there is no " + option_name("quality") + " and no " +
+                                option_name("bitrate"));
   if (options.bit_rate && options.codec == FVV_CODEC_OEXR)
     refuse_option("bitrate", "video in OpenEXR is lossless and keeps no bit rate");
   scene::check_inputs(options.inputs);

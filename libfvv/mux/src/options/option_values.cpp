@@ -206,19 +206,26 @@ std::string video_tracks_text(uint32_t count) {
 std::vector<Rung> parse_ladder(const std::string &option, const std::string &text) {
   const char *expected =
       "2 to 8 falling scales above 0 and at most 1 (1,0.5,0.25), or falling bits a second from "
-      "1k to 10G (8M,2M,500k)";
-  std::vector<Rung> scales;
+      "1k to 10G (8M,2M,500k), or falling qualities (42dB,36dB,30dB)";
+  std::vector<Rung> scales, qualities;
   std::vector<uint64_t> rates;
   for (const std::string &part : parse_list(text)) {
     double scale;
-    if (scene::parse_double(part, scale) && scale <= 1)
+    if (part.size() > 2 && part.substr(part.size() - 2) == "dB")
+      qualities.push_back({1, 0, parse_quality(option, part).value});
+    else if (scene::parse_double(part, scale) && scale <= 1)
       scales.push_back({scale});
     else
       rates.push_back(parse_amount(option, expected, part, 1e3, 1e10));
   }
-  if (!scales.empty() && !rates.empty()) refuse_value(option, expected, text);
-  const std::vector<Rung> ladder = rates.empty() ? scales : ladder_of_rates(rates);
-  const auto falls = [](const Rung &a, const Rung &b) { return b.scale < a.scale && b.scale > 0; };
+  if (int(!scales.empty()) + int(!rates.empty()) + int(!qualities.empty()) > 1)
+    refuse_value(option, expected, text);
+  const std::vector<Rung> ladder = !qualities.empty() ? qualities
+                                   : rates.empty()    ? scales
+                                                      : ladder_of_rates(rates);
+  const auto falls = [](const Rung &a, const Rung &b) {
+    return a.psnr ? b.psnr < a.psnr : b.scale < a.scale && b.scale > 0;
+  };
   if (ladder.size() < 2 || ladder.size() > most_rungs || !(ladder[0].scale > 0))
     refuse_value(option, expected, text);
   for (size_t i = 1; i < ladder.size(); i++)
@@ -229,7 +236,9 @@ std::vector<Rung> parse_ladder(const std::string &option, const std::string &tex
 std::string ladder_text(const std::vector<Rung> &ladder) {
   std::vector<std::string> parts;
   for (const Rung &rung : ladder)
-    parts.push_back(rung.bit_rate ? std::to_string(rung.bit_rate) : number_text(rung.scale));
+    parts.push_back(rung.psnr       ? number_text(rung.psnr) + "dB"
+                    : rung.bit_rate ? std::to_string(rung.bit_rate)
+                                    : number_text(rung.scale));
   return list_text(parts);
 }
 
