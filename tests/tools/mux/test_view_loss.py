@@ -138,3 +138,13 @@ def test_a_page_without_a_choice_has_the_bytes_alone(captures, tmp_path):
     assert (tmp_path / "a.html").read_bytes() == before and not (tmp_path / "b.fvv").exists()
     for other in (("--plan", tmp_path / "plan"), ("--realtime", "-o", tmp_path / "b.fvv")):
         run("fvvmux", captures / "tracked", *other, "--report", tmp_path / "b.html", code=2)
+
+
+def test_each_rung_of_qualities_states_what_views_lose(captures, tmp_path):
+    ladder = "--ladder", "40dB,33dB,27dB"
+    found = figures("fvvmux", captures / "tracked", "-o", tmp_path / "a.fvv", *GOAL, *ladder)["view_loss"]
+    rungs = found["rungs"]
+    assert found["picture_psnr"] == 40
+    assert [one["picture_psnr"] for one in rungs] == [33, 27]
+    assert found["loss"] < rungs[0]["loss"] < rungs[1]["loss"]
+    assert found["max_error"] < rungs[0]["max_error"] < rungs[1]["max_error"]

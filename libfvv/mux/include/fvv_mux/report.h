@@ -266,6 +266,14 @@ struct BlendCandidate {
   double gain = 0;
 };
 
+// What a lower rung of a ladder of qualities shows. loss: dB, against the defaults of the first, with meshes
+// of its own, which it may do without.
+struct RungView {
+  double psnr = 0; // of pictures, dB
+  double max_error = 0;
+  double loss = 0;
+};
+
 // What Options::view_loss led to. PSNR and SSIM are of cameras that were drawn from the others; bytes are
 // estimates for the meshes and pictures of a group.
 struct ViewReport {
@@ -287,6 +295,7 @@ struct ViewReport {
   std::vector<ViewCandidate>
       candidates; // by meshes, then by rising PSNR of pictures; the defaults' meshes first
   std::vector<BlendCandidate> blends;
+  std::vector<RungView> rungs; // below the first
 };
 
 // A sound track. The bytes are those of its chunks.

@@ -631,6 +631,20 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   found.finest_psnr = judge.of_source().psnr();
   found.finest_ssim = judge.of_source().ssim();
   found.default_bytes = by_default.bytes;
+  for (size_t rung = 1; rung < plan.rung_count() && plan.options.ladder[rung].psnr; rung++) {
+    const double psnr = plan.options.ladder[rung].psnr;
+    const Pictures coarse_pictures = trial.pictures(psnr);
+    Meshes own = meshes[best.meshes].meshes;
+    const bool has_own = plan.meshes[0].decimation.on && plan.options.mesh_ladder != MeshLadder::off;
+    if (has_own)
+      own = trial.meshes(MaxError{chosen.max_error / plan.rung_detail(rung),
+                                  !plan.error.is_length        ? MaxError::pixels
+                                  : plan.capture.scale_unknown ? MaxError::plain
+                                                               : MaxError::metres},
+                         chosen.step);
+    found.rungs.push_back({psnr, own.max_error,
+                           found.default_psnr - judge.held_out(&own, &coarse_pictures).psnr() - blend.gain});
+  }
   return choice;
 }
 

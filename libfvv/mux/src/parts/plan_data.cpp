@@ -111,7 +111,7 @@ struct Fields {
   template <class A> static void of(A &a, ViewReport &v) {
     auto &[goal, is_measured, reason, frame, psnr, max_error, step, is_length, is_paper, threshold, best,
            loss, finest_psnr, finest_ssim, default_psnr, held_out_psnr, held_out_ssim, between_psnr,
-           default_bytes, bytes, candidates, blends] = v;
+           default_bytes, bytes, candidates, blends, rungs] = v;
     a(goal, is_measured, reason, frame, psnr, max_error, step, is_length, is_paper, threshold, best, loss,
       finest_psnr, finest_ssim, default_psnr, held_out_psnr, held_out_ssim, between_psnr, default_bytes,
       bytes);

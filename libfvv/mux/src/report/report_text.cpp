@@ -351,6 +351,9 @@ void view_lines(std::string &out, const Report &r, const ViewReport &view) {
                       : fvv::format("%g px", view.max_error).c_str(),
        length_text(r.scale_unknown, view.step).c_str(), view.is_paper ? "paper" : "viewer", view.threshold,
        view.best, 100 * view.bytes / view.default_bytes);
+  for (size_t k = 0; k < view.rungs.size(); k++)
+    line(out, "            rung %zu, of %g dB, %s %.2f dB", k + 1, view.rungs[k].psnr,
+         view.rungs[k].loss > 0 ? "loses" : "gains", std::abs(view.rungs[k].loss));
 }
 
 void realtime_lines(std::string &out, const RealtimeReport &r) {
