@@ -2,9 +2,12 @@
 
 import contextlib
 import json
+import pathlib
+import re
 import signal
 import struct
 import subprocess
+import tempfile
 import time
 
 import pytest
@@ -32,12 +35,19 @@ class Pipe:
     def __init__(self, output, *options):
         self.output = output
         command = [tool_path("fvvmux"), "--realtime", "-", "-o", output, "--json", *options]
+        self.errors = tempfile.TemporaryFile()  # which is never full, as a pipe may be  # noqa: SIM115
         self.child = subprocess.Popen(
             [str(part) for part in command],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stderr=self.errors,
         )
+
+    def ended(self):
+        """What it printed on standard output and standard error."""
+        out, _ = self.child.communicate(timeout=100)
+        self.errors.seek(0)
+        return out, self.errors.read()
 
     def write(self, *parts):
         """A reader that has ended before is what some tests are about."""
@@ -54,7 +64,7 @@ class Pipe:
 
     def result(self, code=0):
         """Summary and events; a busy machine lowers the effort in any test."""
-        out, err = self.child.communicate(timeout=100)
+        out, err = self.ended()
         assert self.child.returncode == code, err
         lines = [json.loads(line) for line in err.decode().splitlines() if line.startswith("{")]
         summary = json.loads(out)
@@ -63,7 +73,7 @@ class Pipe:
         return summary, [(e["event"], e["frame"], e["text"]) for e in events]
 
     def error(self, code=1):
-        out, err = self.child.communicate(timeout=100)
+        out, err = self.ended()
         assert self.child.returncode == code and not out, err
         assert not self.output.exists()
         return err.decode().splitlines()[-1]
@@ -81,7 +91,8 @@ def pipe(tmp_path):
     yield start
     for one in started:
         one.child.kill()
-        one.child.communicate()
+        one.ended()
+        one.errors.close()
 
 
 def whole_frames(path):
@@ -131,6 +142,36 @@ def test_frames_that_are_missing_lost_or_unusable_are_named_and_the_others_packe
     assert [e[2] for e in events][:2] == ["it did not come", "camera left stopped"]
     assert f"{vertices}" in events[2][2]
     assert summary["realtime"]["lost_frames"] == 3 and whole_frames(one.output) == FRAMES - 3
+
+
+def test_a_group_whose_last_frames_are_lost_does_not_wait_for_others(show, pipe):
+    _, description, frames = show
+    one = pipe("--group", "4")
+    one.write(head(description), *frames[:3])
+    one.write(record(b"LOST", 3))
+    one.wait_for_a_group()  # while the pipe is open
+    one.write(*frames[4:6], END)
+    summary, events = one.result(code=3)
+    assert [e[:2] for e in events] == [("lost", 3)] and events[0][2] == "its writer lost it"
+    assert summary["groups"] == 2 and whole_frames(one.output) == 5
+
+
+def test_memory_does_not_grow_with_the_stream(show, pipe):
+    """Without an index, whose entries do. Each frame of a stream that was kept would be 0.1 MB."""
+    _, description, frames = show
+    count = 1500
+    one = pipe("--group", "4", "--live", "--quality", "30")
+    one.write(head({**description, "frames": {"first": 0, "count": count}}))
+    resident = []
+    for number in range(count):
+        known = frames[number % FRAMES]
+        one.write(known[:16] + struct.pack("<q", number) + known[24:])
+        if number in (count // 3, count - 1):
+            status = pathlib.Path(f"/proc/{one.child.pid}/status").read_text()
+            resident.append(int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) / 1024)
+    summary, events = one.result()
+    assert events == [] and summary["frames"] == count
+    assert resident[1] < resident[0] + 30, resident  # MiB
 
 
 def test_cameras_and_frames_can_be_left_out(show, pipe):
@@ -239,11 +280,7 @@ def test_a_writer_that_stalls_ends_the_stream(show, pipe):
         assert summary["frames"] == 3
     one = pipe("--idle", "0.2", "--force")
     assert one.child.wait(60) == 1
-    assert (
-        one.child.stderr.read()
-        .decode()
-        .endswith("expected the description of a show: no frame came for 0.2 s\n")
-    )
+    assert one.ended()[1].decode().endswith("expected the description of a show: no frame came for 0.2 s\n")
 
 
 def test_frames_that_were_filmed_too_long_ago_are_dropped(show, pipe):

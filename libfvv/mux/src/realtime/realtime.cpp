@@ -128,7 +128,8 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
   RealtimeReport out;
   Delays delays;
   std::vector<Clock::time_point> waiting; // frames of the group that is not written
-  size_t missing = 0;                     // frames, after the last one that was added
+  size_t missing = 0;                     // frames, after the last one that the encoder knows of
+  uint64_t placed = 0;                    // frames that it knows of
   bool added = false, gave_up = false, begun_before = false;
   Pace pace(effort_steps);
   {
@@ -150,20 +151,27 @@ Report pack_arriving(const Options &given, const RealtimeOptions &realtime, cons
         if (gave_up && added) tell(RealtimeEvent::ended, item.reason);
         break;
       }
+      wrote = false;
+      const Clock::time_point before = Clock::now();
+      const auto pass_missing = [&] {
+        for (; missing; missing--, placed++) encoder.skip();
+      };
       if (item.kind != Intake::Item::frame) {
         missing++;
         out.lost += item.kind == Intake::Item::lost;
         out.dropped += item.kind == Intake::Item::dropped;
         if (item.kind == Intake::Item::lost) tell(RealtimeEvent::lost, item.reason);
         if (item.kind == Intake::Item::dropped) tell(RealtimeEvent::dropped, "it was too old to be packed");
-        continue;
+        // Frames do not wait for the next one that comes when the last ones of their group do not.
+        if (waiting.empty() || (placed + missing) % options.group) continue;
+        pass_missing();
+      } else {
+        pass_missing();
+        waiting.push_back(item.arrival);
+        encoder.add(std::move(item.content));
+        added = true;
+        placed++;
       }
-      for (; missing; missing--) encoder.skip();
-      waiting.push_back(item.arrival);
-      wrote = false;
-      const Clock::time_point before = Clock::now();
-      encoder.add(std::move(item.content));
-      added = true;
       if (!wrote) continue;
       observer.progress(waiting.size());
       for (const Clock::time_point &arrival : waiting) delays.add(age_of(arrival));
