@@ -3,7 +3,7 @@
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
 import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, view, look, ladder, chaos, settle, player, gpu, sound, npm, docs, site, python,
-hypothesis, distributed, hull, calibrate, chain.
+hypothesis, distributed, hull, calibrate, chain, surfaces.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -31,7 +31,7 @@ from inputs import triangles
 from muxing import DEMO_OPTIONS, Muxing
 from network import live as live_stream
 from pages import figures as page_figures
-from recordings import calibrate, chain, hull
+from recordings import calibrate, chain, hull, surfaces
 from spend import figures as spending
 from spend import scenes
 from track.figures import Tracking
@@ -508,6 +508,7 @@ PARTS = {
     "hull": hull.hull,
     "calibrate": calibrate.calibrate,
     "chain": chain.chain,
+    "surfaces": surfaces.surfaces,
     "docs": page_figures.samples,
     "site": lambda: page_figures.accessibility(stream()),
 }

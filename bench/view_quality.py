@@ -5,7 +5,7 @@ Leave-one-out draws each camera of a capture from the others and compares the pi
 fourth is drawn; a hull of voxels, smoothed), and a generated one (the studio of fvvsynth, a hull). Pictures are coded at JPEG's
 quality 100 and meshes are kept, so the figures measure geometry, calibration, exposure and the method of texturing. Sources are
 all other cameras, or the 8, 4 or 2 whose rays to the middle of the scene are nearest to the target's. PSNR and SSIM (Wang et al.
-2004, Gaussian window of 11 x 11 pixels) are of BT.709 luma, over the pixels that belong to the silhouette and show the mesh;
+2004, Gaussian window of 11 x 11 pixels) are of BT.709 luma, FLIP (recordings/perceptual.py) of colours, over the pixels that belong to the silhouette and show the mesh;
 everything else is the same grey in both. Surface without colour counts as it is drawn. Every row is drawn with both blends of
 clause 17.5.
 
@@ -35,10 +35,11 @@ import numpy as np
 from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "tests/real"))
+sys.path[:0] = [str(ROOT / "tests/real"), str(ROOT / "bench")]
 import middlebury_temple  # noqa: E402
 import wd2_human20  # noqa: E402
 from real_capture import DATA, TOOLS, luma, read_ply  # noqa: E402
+from recordings.perceptual import flip  # noqa: E402
 
 WORK = ROOT / "build/bench/picture"
 FLICKER = ROOT / "build/bench/flicker"
@@ -50,8 +51,9 @@ MAGNIFIED = 4
 PLACES = {
     "generated": [("chin", 4, 514, 125), ("ball and hand", 4, 458, 336), ("hems", 4, 385, 396),
                   ("hair", 6, 501, 195), ("arms", 9, 320, 165)],
-    "wd2": [("chin", 0, 496, 131), ("hand", 0, 407, 428), ("hem", 0, 450, 550), ("hand", 5, 543, 424),
-            ("hair", 5, 478, 118)],
+    "wd2": [("face", 0, 499, 125), ("hand", 0, 408, 424), ("hand", 0, 645, 315), ("foot", 0, 452, 690),
+            ("foot", 0, 594, 600), ("hem", 0, 450, 550), ("hand", 5, 543, 424), ("hair", 5, 478, 118)],
+    "temple": [("capital", 12, 393, 170), ("steps", 12, 150, 120), ("columns", 12, 400, 270), ("roof", 12, 540, 270)],
 }  # fmt: skip
 SIDE = 90  # of the squares, pixels
 NEAREST = 0, 8, 4, 2  # 0: all
@@ -185,7 +187,7 @@ def nearest(views, target, count):
 
 
 def compare(name, views, count, blend, target):
-    """One cell: PSNR, SSIM, and the percentage of the mesh's pixels that no camera shows."""
+    """One cell: PSNR, SSIM, FLIP, and the percentage of the mesh's pixels that no camera shows."""
     out, mask_file = (WORK / f"{name}-{target}{end}.png" for end in ("", "-mask"))
     chosen = ["--sources", ",".join(map(str, nearest(views, target, count)))] if count else []
     drawn = json.loads(
@@ -196,7 +198,9 @@ def compare(name, views, count, blend, target):
     mask = silhouette & (np.asarray(Image.open(mask_file)) > 128)
     pictures = [np.where(mask, luma(path), GREY) for path in (views[target].picture, out)]
     error = ((pictures[0] - pictures[1])[mask] ** 2).mean()
-    return 10 * np.log10(255**2 / error), ssim(*pictures, mask), 100 * drawn["share_by_cameras"][0]
+    colours = [np.asarray(Image.open(path).convert("RGB")) for path in (views[target].picture, out)]
+    unlike = flip(*colours, mask)
+    return 10 * np.log10(255**2 / error), ssim(*pictures, mask), unlike, 100 * drawn["share_by_cameras"][0]
 
 
 def table(name, views, targets):
@@ -208,7 +212,7 @@ def table(name, views, targets):
                 draw = functools.partial(compare, name, views, count, blend)
                 cells = list(pool.map(draw, targets))
                 means[count, blend] = np.mean(cells, 0)
-            cells = "".join("{:9.2f}{:8.4f}{:8.2f}".format(*means[count, blend]) for blend in BLENDS)
+            cells = "".join("{:9.2f}{:8.4f}{:8.4f}{:8.2f}".format(*means[count, blend]) for blend in BLENDS)
             print(
                 f"{name:10}{f'nearest {count}' if count else f'all {len(views) - 1}':>12}{cells}", flush=True
             )
@@ -217,17 +221,17 @@ def table(name, views, targets):
 
 def leave_one_out(names):
     """Prints the table and returns the figures, of captures whose data are there."""
-    print(f"{'':22}" + "".join(f"{blend + ':':>9}{'SSIM':>8}{'unseen':>8}" for blend in BLENDS))
-    print(f"{'capture':10}{'sources':>12}" + f"{'PSNR dB':>9}{'':8}{'%':>8}" * 2)
+    print(f"{'':22}" + "".join(f"{blend + ':':>9}{'SSIM':>8}{'FLIP':>8}{'unseen':>8}" for blend in BLENDS))
+    print(f"{'capture':10}{'sources':>12}" + f"{'PSNR dB':>9}{'':16}{'%':>8}" * 2)
     figures = {}
     for name in names:
         made = CAPTURES[name]()
         if not made:
             continue
         means = table(name, *made)
-        figures[f"{name}.leave_one_out_psnr_db"], figures[f"{name}.leave_one_out_ssim"], unseen = means[
-            0, "viewer"
-        ]
+        psnr, likeness, unlike, unseen = means[0, "viewer"]
+        figures[f"{name}.leave_one_out_psnr_db"], figures[f"{name}.leave_one_out_ssim"] = psnr, likeness
+        figures[f"{name}.leave_one_out_flip"] = unlike
         figures[f"{name}.nearest2_psnr_db"] = means[2, "viewer"][0]
         figures["picture.unseen_percent"] = max(unseen, figures.get("picture.unseen_percent", 0))
         loss = means[2, "viewer"][0] - means[0, "viewer"][0]

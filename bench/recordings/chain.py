@@ -4,8 +4,9 @@
 fvvsynth --footage films a session: a board, the empty stage, and the action, by 11 cameras with noise, unlike exposure, lenses and
 clocks. fvvcapture gets these films and the size of the board, and where a row says so the true calibration or the true silhouettes. A
 twelfth camera, oval2, films nothing for it. fvvrender draws what that camera sees, and the picture is compared with its true one: PSNR
-of BT.709 luma over the pixels of its true silhouette, squared errors pooled over the frames. What the mesh does not cover counts as it
-is drawn, grey. Clocks that agree are those of a session of its own (--late 0), which is alike in all else.
+of BT.709 luma over the pixels of its true silhouette, squared errors pooled over the frames, and FLIP over the same pixels. What the mesh
+does not cover counts as it is drawn, grey. Flicker is by how many levels the error of luma changes from one frame to the next, mean
+absolute, over the pixels that are within the silhouettes of both. Clocks that agree are those of a session of its own (--late 0), which is alike in all else.
 
 The world that fvvcapture finds has another origin and other axes than the true one. The similarity between them is found from the
 centres of the 11 cameras (Umeyama, "Least-squares estimation of transformation parameters between two point patterns", 1991), and
@@ -14,14 +15,17 @@ the calibration of oval2 is brought into the world of fvvcapture.
     python bench/recordings/chain.py [rows]
 
 prints the figures, or all rows as JSON (./run charts chain). Pictures are in build/bench/chain: of each frame the truth, and what was
-drawn of each row.
+drawn of each row; closeups.png has faces, hands and feet of all rows.
 """
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import json
 import os
 import pathlib
+import resource
 import shutil
 import subprocess
 import sys
@@ -30,16 +34,24 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from recordings.perceptual import flip  # noqa: E402
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build/default"
 WORK = ROOT / "build/bench/chain"
 FRAMES = 8, 15  #: First and last; the clap and its flash are before.
-DRAWN = range(8, 16)
+#: Of the table of all rows, which takes as long again for each frame.
+TABLE = 10, 11
 #: Cells that fvvmux need not thin out for long.
 HULL = "--cell", "12mm", "--up", "+y", "--floor", "0", "--least-views", "4"
 HELD_OUT = 1000  #: A camera's id that no other has.
 TRUE_HELD_OUT = 2  #: The same camera's in the truth.
 UNSEEN = 128  #: Grey of what no camera shows, and of what is not covered.
+#: Of the picture of the camera held out in one frame: the middles of crops. Faces, hands, feet, an arm before a body.
+CLOSEUP_FRAME = 10
+CLOSEUPS = (412, 262), (870, 235), (475, 320), (835, 395), (395, 525), (860, 547), (890, 325)
+SIDE, MAGNIFIED = 80, 3
 OFF = 0.02  #: Metres in depth beyond which a pixel shows another place.
 
 
@@ -132,8 +144,12 @@ def with_held_out(estimated: pathlib.Path, truth: pathlib.Path) -> tuple[pathlib
     return path, float(np.sqrt((errors**2).sum(axis=1).mean()))
 
 
-def luma(path: pathlib.Path) -> np.ndarray:
-    return np.asarray(Image.open(path).convert("RGB")).astype(float) @ [0.2126, 0.7152, 0.0722]
+def colours(path: pathlib.Path) -> np.ndarray:
+    return np.asarray(Image.open(path).convert("RGB"))
+
+
+def luma(picture: np.ndarray) -> np.ndarray:
+    return picture.astype(float) @ [0.2126, 0.7152, 0.0722]
 
 
 def depths(path: pathlib.Path) -> np.ndarray:
@@ -144,9 +160,16 @@ def depths(path: pathlib.Path) -> np.ndarray:
     return read_exr(path)["Z"]
 
 
+@functools.lru_cache(None)
+def session(clocks: str) -> pathlib.Path:
+    """The place of a session, by the program that films it."""
+    program = hashlib.sha256((BUILD / "tools/fvvsynth/fvvsynth").read_bytes()).hexdigest()[:12]
+    return WORK / f"shoot-{clocks}-{program}"
+
+
 def shot(clocks: str) -> pathlib.Path:
-    """The session that fvvsynth films."""
-    folder = WORK / f"shoot-{clocks}"
+    """The session that fvvsynth films, unless it is there."""
+    folder = session(clocks)
     if not folder.exists():
         late = ("--late", 0) if clocks == "agree" else ()
         tool("fvvsynth", "--footage", "-o", folder, "--frames", FRAMES[1] + 3, *late)
@@ -163,13 +186,23 @@ def masks(shoot: pathlib.Path) -> pathlib.Path:
     return folder
 
 
-def captured(row: Row) -> tuple[pathlib.Path, float, float]:
-    """The capture of a row with the camera held out, the error of its cameras' centres in metres, and seconds of a frame."""
+def processor_time() -> float:
+    """Seconds of all programs that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def captured(row: Row, frames: tuple[int, int]) -> tuple[pathlib.Path, float, float]:
+    """The capture of a row with the camera held out, the error of its cameras' centres in metres, and processor time
+    of the whole command in seconds a frame."""
     shoot, folder = shot(row.clocks), WORK / row.name
     truth = shoot / "truth/capture.json"
     options = ["--surface", row.surface]
+    before = WORK / row._replace(surface="hull").name / "capture.json"
     if row.calibration == "true":
         options += ["--calibration", truth]
+    elif row.surface != "hull" and before.exists():
+        options += ["--calibration", before]
     else:
         board = json.loads((shoot / "truth/truth.json").read_text())["board"]
         options += ["--walk", shoot / "board", "--board", f"{board['columns']}x{board['rows']}",
@@ -181,39 +214,48 @@ def captured(row: Row) -> tuple[pathlib.Path, float, float]:
         options += ["--plate", shoot / "plate"]
     if row.clocks == "real":
         options += ["--synchronise", "sound"]
-    fvvcapture(shoot / "performance", "--frames", f"{FRAMES[0]}-{FRAMES[1]}", *HULL, *options, "-o", folder)
-    path, error = with_held_out(folder / "capture.json", truth)
-    spent = json.loads((folder / "report.json").read_text())["seconds"]["of_frames"]
-    return path, error, sum(spent.values()) / len(DRAWN)
+    began = processor_time()
+    fvvcapture(shoot / "performance", "--frames", f"{frames[0]}-{frames[1]}", *HULL, *options, "-o", folder)
+    seconds = (processor_time() - began) / (frames[1] + 1 - frames[0])
+    return *with_held_out(folder / "capture.json", truth), seconds
 
 
-def drawn(row: Row, capture: pathlib.Path, camera: int) -> dict[str, float]:
-    """Of what the camera held out sees: PSNR in dB; shares of the pixels that are not covered, and that are off in depth, and of the
+def drawn(row: Row, capture: pathlib.Path, camera: int, frames: tuple[int, int]) -> dict[str, float]:
+    """Of what the camera held out sees: PSNR in dB, FLIP, flicker in levels; shares of the pixels that are not covered, and that are off in depth, and of the
     squared error in both."""
     stream, truth = WORK / f"{row.name}.fvv", shot(row.clocks) / "truth/oval2"
-    tool("fvvmux", capture, "-o", stream, "--frames", f"{FRAMES[0]}-{FRAMES[1]}", "--match-colours", "on")
+    tool("fvvmux", capture, "-o", stream, "--frames", f"{frames[0]}-{frames[1]}", "--match-colours", "on")
     grey = ",".join([str(UNSEEN)] * 3)
-    errors, bare, off = [], [], []
-    for frame in DRAWN:
+    errors, bare, off, unlike, changes = [], [], [], [], []
+    last = None
+    for frame in range(frames[0], frames[1] + 1):
         head = WORK / f"{row.name}-{frame:04d}"
         picture, depth = head.with_suffix(".png"), head.with_suffix(".exr")
-        tool("fvvrender", stream, "-o", picture, "--frame", frame - FRAMES[0], "--camera", camera, "--leave-one-out",
+        tool("fvvrender", stream, "-o", picture, "--frame", frame - frames[0], "--camera", camera, "--leave-one-out",
              "--background", grey, "--unseen", grey, "--no-environment", "--depth", depth, "--force")  # fmt: skip
         true = truth / f"{frame:04d}.png"
         shutil.copy(true, WORK / f"picture-{frame:04d}.png")
         inside = np.asarray(Image.open(true.with_name(f"mask_{frame:04d}.png"))) > 127
-        errors.append(((luma(picture) - luma(true))[inside]) ** 2)
+        pictures = colours(picture), colours(true)
+        unlike.append(flip(*pictures, inside))
+        error = luma(pictures[0]) - luma(pictures[1])
+        if last is not None:
+            changes.append(np.abs(error - last[0])[inside & last[1]])
+        last = error, inside
+        errors.append(error[inside] ** 2)
         there, right = (depths(path)[inside] for path in (depth, depth_of_truth(row.clocks, frame)))
         bare.append(~np.isfinite(there))
         both = np.isfinite(there) & np.isfinite(right)
         off.append(both & (np.abs(np.where(both, there, 0) - np.where(both, right, 0)) > OFF))
-    error, uncovered, wrong = (np.concatenate(parts) for parts in (errors, bare, off))
+    squares, uncovered, wrong = (np.concatenate(parts) for parts in (errors, bare, off))
     return {
-        "psnr_db": float(10 * np.log10(255**2 / error.mean())),
+        "psnr_db": float(10 * np.log10(255**2 / squares.mean())),
+        "flip": float(np.mean(unlike)),
+        "flicker": float(np.concatenate(changes).mean()),
         "uncovered": float(uncovered.mean()),
-        "uncovered_error": float(error[uncovered].sum() / error.sum()),
+        "uncovered_error": float(squares[uncovered].sum() / squares.sum()),
         "off": float(wrong.mean()),
-        "off_error": float(error[wrong].sum() / error.sum()),
+        "off_error": float(squares[wrong].sum() / squares.sum()),
     }
 
 
@@ -222,49 +264,80 @@ def depth_of_truth(clocks: str, frame: int) -> pathlib.Path:
     return WORK / f"{Row('true', clocks, '-', 'true').name}-{frame:04d}.exr"
 
 
-def measured(row: Row) -> dict[str, float]:
-    """What `drawn` has; of rows that fvvcapture made also centre_mm and seconds, of a frame on one processor. Rows of the true surface
+def measured(row: Row, frames: tuple[int, int]) -> dict[str, float]:
+    """What `drawn` has; of rows that fvvcapture made also centre_mm and seconds of processor time a frame. Rows of the true surface
     come first."""
     if row.surface == "true":
-        return drawn(row, shot(row.clocks) / "truth/capture.json", TRUE_HELD_OUT)
-    capture, error, seconds = captured(row)
-    return {**drawn(row, capture, HELD_OUT), "centre_mm": 1000 * error, "seconds": seconds}
+        return drawn(row, shot(row.clocks) / "truth/capture.json", TRUE_HELD_OUT, frames)
+    capture, error, seconds = captured(row, frames)
+    return {**drawn(row, capture, HELD_OUT, frames), "centre_mm": 1000 * error, "seconds": seconds}
 
 
-def ablation(rows: tuple[Row, ...] = ROWS) -> list[dict[str, object]]:
+def closeups(rows: tuple[Row, ...]) -> pathlib.Path:
+    """A sheet with a column for each row, and the true picture last."""
+    names = [f"{row.name}-{CLOSEUP_FRAME:04d}.png" for row in rows]
+    large = SIDE * MAGNIFIED
+    columns = [
+        Image.open(WORK / name).convert("RGB") for name in (*names, f"picture-{CLOSEUP_FRAME:04d}.png")
+    ]
+    sheet = Image.new("RGB", (large * len(columns), large * len(CLOSEUPS)))
+    for line, (x, y) in enumerate(CLOSEUPS):
+        box = (x - SIDE // 2, y - SIDE // 2, x + SIDE // 2, y + SIDE // 2)
+        for number, picture in enumerate(columns):
+            crop = picture.crop(box).resize((large, large), Image.Resampling.BICUBIC)
+            sheet.paste(crop, (number * large, line * large))
+    path = WORK / "closeups.png"
+    sheet.save(path)
+    return path
+
+
+def ablation(rows: tuple[Row, ...] = ROWS, frames: tuple[int, int] = TABLE) -> list[dict[str, object]]:
     """Rows with what was measured."""
-    shutil.rmtree(WORK, ignore_errors=True)
-    WORK.mkdir(parents=True)
-    return [{**row._asdict(), **measured(row)} for row in rows]
+    WORK.mkdir(parents=True, exist_ok=True)
+    sessions = [session(clocks) for clocks in ("agree", "real")]
+    for path in WORK.iterdir():
+        if path.is_dir() and path not in sessions:
+            shutil.rmtree(path)
+        elif not path.is_dir():
+            path.unlink()
+    made = [{**row._asdict(), **measured(row, frames)} for row in rows]
+    closeups(rows)
+    return made
+
+
+DEFAULT, BEST = (Row("found", "real", "keyed", surface) for surface in ("hull", "refined"))
+TRUE = Row("true", "real", "-", "true")
+MASKED, KEYED = (Row("true", "real", silhouettes, "refined") for silhouettes in ("true", "keyed"))
 
 
 def figures(rows: list[dict[str, object]]) -> dict[str, float]:
-    """PSNR of the camera held out in dB and its losses, the error of the cameras' places in millimetres, and processor time."""
+    """PSNR of the camera held out in dB and its losses, FLIP, the error of the cameras' places in millimetres, and processor time."""
     by = {Row(*(row[field] for field in Row._fields)): row for row in rows}
     psnr = {row: one["psnr_db"] for row, one in by.items()}
-    default, best = (Row("found", "real", "keyed", surface) for surface in ("hull", "refined"))
-    true = Row("true", "real", "-", "true")
-    masked, keyed = (Row("true", "real", kind, "refined") for kind in ("true", "keyed"))
     out = {
-        "chain.held_out_psnr_db": psnr[default],
-        "chain.refined_psnr_db": psnr[best],
-        "chain.held_out_psnr_loss_db": psnr[true] - psnr[default],
-        "chain.keying_loss_db": psnr[masked] - psnr[keyed],
-        "chain.shape_loss_db": psnr[true] - psnr[masked],
-        "chain.centre_mm": by[default]["centre_mm"],
-        "surface.seconds_per_frame": by[best]["seconds"],
+        "chain.held_out_psnr_db": psnr[DEFAULT],
+        "chain.refined_psnr_db": psnr[BEST],
+        "chain.held_out_psnr_loss_db": psnr[TRUE] - psnr[DEFAULT],
+        "chain.keying_loss_db": psnr[MASKED] - psnr[KEYED],
+        "chain.shape_loss_db": psnr[TRUE] - psnr[MASKED],
+        "chain.held_out_flip": by[DEFAULT]["flip"],
+        "chain.refined_flip": by[BEST]["flip"],
+        "chain.centre_mm": by[DEFAULT]["centre_mm"],
+        "surface.seconds_per_frame": by[BEST]["seconds"],
     }
-    return {name: round(value, 2) for name, value in out.items()}
+    return {name: round(value, 3) for name, value in out.items()}
 
 
 def chain() -> dict[str, float]:
     """The part "chain" of ./run bench: the rows that its figures are of."""
-    return figures(ablation(tuple(row for row in ROWS if row.clocks == "real")))
+    return figures(ablation((TRUE, MASKED, KEYED, DEFAULT, BEST), FRAMES))
 
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["rows"]:
         print(json.dumps(ablation()))
+    elif sys.argv[1:]:
+        sys.exit(f"chain: expected rows or nothing, found {' '.join(sys.argv[1:])}")
     else:
         for figure, value in chain().items():
             print(f"{figure:32} {value:>12}")

@@ -225,10 +225,10 @@ def sweep(cells):
     return [row(cell) for cell in cells]
 
 
-def child(*arguments):
-    """What this program prints with these arguments, in a process that has the package."""
+def child(*arguments, program=__file__):
+    """What this or another program prints with these arguments, in a process that has the package."""
     environment = os.environ | {"PYTHONPATH": str(BUILD / "bindings/python")}
-    command = [sys.executable, __file__, *map(str, arguments)]
+    command = [sys.executable, program, *map(str, arguments)]
     done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True)
     if done.returncode:
         sys.exit(f"bench: hull: {arguments[0]} failed")

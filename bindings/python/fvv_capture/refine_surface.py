@@ -41,7 +41,7 @@ APART = 60.0
 NOISE = 8.0
 MOST = 30.0
 #: Of a step inwards, of a step between neighbours, and the most that neighbours cost.
-BALLOON = 0.5
+BALLOON = 0.1
 STIFFNESS = 2.0
 TEAR = 20.0
 ROUNDS = 10
