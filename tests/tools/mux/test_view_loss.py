@@ -148,3 +148,11 @@ def test_each_rung_of_qualities_states_what_views_lose(captures, tmp_path):
     assert [one["picture_psnr"] for one in rungs] == [33, 27]
     assert found["loss"] < rungs[0]["loss"] < rungs[1]["loss"]
     assert found["max_error"] < rungs[0]["max_error"] < rungs[1]["max_error"]
+
+
+def test_with_few_cameras_meshes_become_little_coarser(captures, tmp_path):
+    """Fewer than six leave surface to colours of vertices, which this measure does not see."""
+    for cameras, coarsest in (("0-4", 0.175), ("0-5", 0.3)):
+        out = "-o", tmp_path / "a.fvv", "--force", "--cameras", cameras, "--view-loss", "3dB"
+        found = figures("fvvmux", captures / "hull", *out, code=(0, 3))["view_loss"]
+        assert max(one["max_error"] for one in found["candidates"]) == coarsest

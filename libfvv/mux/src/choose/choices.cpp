@@ -307,8 +307,6 @@ namespace {
 constexpr double cells_of_each = 750, cells_of_runs = 3000;
 // Of these where bytes have to be seen: between cameras more make no difference (docs/encoding/view-loss.md).
 constexpr double cells_by_views = 0.4;
-// Fewer leave parts that none of them shows, where colours are all that there is.
-constexpr size_t cameras_all_round = 6;
 constexpr uint8_t step_of_each = 24, step_of_runs = 12;
 // Occupied cells of side 1 for a surface of area 1.
 constexpr double cells_of_area = 1.15;

@@ -27,6 +27,10 @@ bool warn_of_lattice(const Plan &plan);
 // Without by_outlines. constant_topology: SampledScene::constant_topology_fraction().
 TrackChoice choose_tracking(const Options &options, const SampledScene &scene, const NormalChoice &normals,
                             double constant_topology);
+// Fewer leave surface that one camera alone shows, and of which cameras that are drawn from the others tell
+// nothing.
+constexpr size_t cameras_all_round = 6;
+
 // For Plan::outline_cameras; rules: of each camera, if they are known.
 std::shared_ptr<const std::vector<scene::Camera>> outline_cameras(std::vector<scene::Camera> cameras,
                                                                   const std::vector<media::MaskRule> &rules);

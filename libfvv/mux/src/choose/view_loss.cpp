@@ -445,6 +445,12 @@ double price_of(double bytes, double error, double error_by_default, double goal
   return std::log(bytes) + bytes_of_goal * render::loss_db(error_by_default, error) / goal;
 }
 
+size_t camera_count(const Plan &plan) {
+  size_t count = 0;
+  for (const VideoTrack &track : plan.tracks) count += track.tiling.cameras.size();
+  return count;
+}
+
 // First those of the budget that holds without the choice. Then finer ones, as long as the price falls with
 // the cheapest pictures; if none does, coarser ones, as long as they lose no more than the goal. Last those
 // on a coarser lattice: of meshes that change from frame to frame each frame pays for the lattice, and spends
@@ -471,13 +477,15 @@ std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const 
     attempt(MaxError{pixels, MaxError::pixels});
     if (price(out.back()) >= price(out[out.size() - 2])) break;
   }
+  // Colours of vertices, which few cameras leave much to, are coarser on coarser meshes.
+  const double coarsest = camera_count(plan) < cameras_all_round ? coarser_errors[0] : coarser_errors.back();
   if (out.size() == 2)
     for (const double pixels : coarser_errors)
-      if (attempt(MaxError{pixels, MaxError::pixels}) > goal) break;
+      if (pixels > coarsest || attempt(MaxError{pixels, MaxError::pixels}) > goal) break;
   if (plan.has_constant_topology || plan.capture.lattice) return out;
   const double coarser = geometry::round_down_125(2.51 * plan.lattice.lattice.step); // the next of 1, 2, 5
   for (const double pixels : {plan.error.value, coarser_errors[0], coarser_errors[1]})
-    if (attempt(MaxError{pixels, MaxError::pixels}, coarser) > goal) break;
+    if (pixels > coarsest || attempt(MaxError{pixels, MaxError::pixels}, coarser) > goal) break;
   return out;
 }
 
@@ -544,12 +552,10 @@ void note_measured(ViewReport &found, const Meshes &meshes, double psnr, const P
 std::string obstacle(const Plan &plan) {
   const bool encoded = std::any_of(plan.tracks.begin(), plan.tracks.end(),
                                    [](const VideoTrack &t) { return bool(t.encoded); });
-  size_t cameras = 0;
-  for (const VideoTrack &track : plan.tracks) cameras += track.tiling.cameras.size();
   return !plan.has_meshes()                     ? "there are no meshes"
          : plan.capture.atlas                   ? "the atlas has the colours of the surface"
          : encoded                              ? "pictures that come encoded stay as they are"
-         : cameras < 2                          ? "there are no two cameras with pictures"
+         : camera_count(plan) < 2               ? "there are no two cameras with pictures"
          : plan.options.codec == FVV_CODEC_OEXR ? "pictures in OpenEXR stay as they are"
          : plan.options.bit_rate                ? "the bit rate decides about pictures"
                                                 : "";
