@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import gc
 import os
 import shlex
 import threading
@@ -128,6 +129,7 @@ class CameraReader(threading.Thread):
                 played = self._play(played)
             except (av.error.FFmpegError, OSError, ValueError) as error:
                 why = str(error)
+            gc.collect()  # PyAV's containers are in cycles, and their memory is not Python's: nothing else would free it
             if source.is_file and (not source.loop or why != "it ended"):
                 if why != "it ended":
                     self._lost(why)
@@ -155,7 +157,9 @@ class CameraReader(threading.Thread):
             if not container.streams.video:
                 raise ValueError("expected a video, found none")
             stream = container.streams.video[0]
-            stream.thread_type = "SLICE"  # threads that decode ahead delay pictures
+            stream.thread_count = (
+                1  # cameras are decoded at once, and threads that decode ahead delay pictures
+            )
             rate = stream.average_rate or stream.guessed_rate
             spacing = 1 / float(rate) if rate else 0.0
             start = zero = end = 0.0
