@@ -304,6 +304,33 @@ test("slow decoding skips groups and keeps the time", async () => {
   assert.ok(world.shown.length > 50, `${world.shown.length} shown`);
 });
 
+test("where a slow machine skips groups the stage is not empty", async () => {
+  const { world, media } = await ready({ count: 1000 });
+  world.decodeMs = 450;
+  world.showMs = 900;
+  media.play();
+  await world.advance(20000);
+  const numbers = world.numbers();
+  assert.ok(world.seeks > 5 && numbers.length > 10);
+  assert.ok(!numbers.includes(null));
+});
+
+test("a pause while groups are skipped shows the frame of its time", async () => {
+  const { world, media } = await ready({ count: 1000 });
+  world.decodeMs = 80;
+  media.play();
+  for (let skips = 0; skips < 3; skips++) {
+    // A group that is due is sought while nothing of it has come.
+    const before = world.seeks;
+    while (world.seeks === before) await world.advance(10);
+    media.pause();
+    await world.advance(1000);
+    const late = media.currentTime - 0.04 * media.currentFrame;
+    assert.ok(!media.seeking && late > -0.01 && late < 0.05, `${media.currentTime} s with frame ${media.currentFrame}`);
+    media.play();
+  }
+});
+
 test("playback waits for a missing frame", async () => {
   const { world, media } = await ready();
   media.play();

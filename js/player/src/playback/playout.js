@@ -57,6 +57,7 @@ export class Playout {
   #unsupported = false; // a codec: pictures are missing for good
   #gapEnd = null; // in ticks, of what a live stream has lost
   #begins = -Infinity; // position from which on a round of the loop is played
+  #skipped = false; // frames after the one on screen were left out, because decoding is behind
   live = false;
   loop = false;
   /** {from, to} in seconds, or null. */
@@ -117,6 +118,11 @@ export class Playout {
     if (running && !this.#opening) this.#leaveAgain();
     this.#synchronise();
     this.#evaluate();
+    // The frame on screen is not that of the time, and no other is about to come.
+    if (pauses && this.#skipped && this.#goal === null) {
+      const { position } = this;
+      return this.seek({ seconds: position }, position);
+    }
     // Who pauses looks closely.
     if (pauses && this.#rests) this.#resting.hurry();
     else this.#rest();
@@ -353,6 +359,8 @@ export class Playout {
   #leaveStage() {
     const { position } = this.#clock;
     const { until, vacated } = this.shown;
+    // What was skipped may have meshes.
+    if (this.#skipped) return;
     if (vacated || position < until || position >= this.end - EPSILON) return;
     this.shown.vacated = true;
     this.#vacate();
@@ -404,6 +412,7 @@ export class Playout {
     const group = this.#groups[groupAt(this.#groups, this.#clock.position)];
     if (!this.decoder.seekable || !(group?.firstFrame > frame.number + 1)) return false;
     this.#meter.dropped(group.firstFrame - frame.number);
+    this.#skipped = true;
     this.#seekQueue({ frame: group.firstFrame });
     return true;
   }
@@ -467,6 +476,7 @@ export class Playout {
     if (this.#closed) return;
     if (failure) return this.#host.failed(failure);
     this.shown = { number, seconds, duration, until };
+    this.#skipped = false;
     this.#shownAt = this.#now();
     this.#meter.shown(this.#shownAt, { decodeMs, showMs: this.#shownAt - began });
     // A place that is sought meanwhile is seen as it comes.
