@@ -88,6 +88,7 @@ const proof = [
   page("Fuzzing", "/evidence/fuzzing"),
   page("Other machines", "/evidence/matrix"),
   page("Networks", "/evidence/networks"),
+  page("Pictures of the player", "/evidence/player-pictures"),
   page("Security", "/security"),
 ];
 

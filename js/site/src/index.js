@@ -63,13 +63,6 @@ function showFacts(clip) {
 
 function play(clip) {
   showFacts(clip);
-  player.addEventListener(
-    "loadeddata",
-    () => {
-      if (clip.camera !== undefined) player.snapToCamera(clip.camera);
-    },
-    { once: true },
-  );
   // A single frame would be drawn again and again, at low resolution on slow machines.
   player.autoplay = clip.frames > 1;
   if (!player.autoplay) player.pause();
