@@ -65,12 +65,12 @@ def refine(
     found: Hull,
     cameras: Sequence[Camera],
     pictures: Sequence[NDArray[numpy.uint8]],
-    masks: Sequence[NDArray[Any]],
+    masks: Sequence[NDArray[Any] | None],
 ) -> Doubles:
     """The positions (V, 3) of a hull's vertices, moved inwards along their normals by at most STEP * STEPS cells.
 
     pictures: (height, width, 3) of each camera, at one moment; exposures may differ by a factor for each channel. masks: what the hull was
-    carved of, which its surface goes on filling. No vertex moves out of the hull; hulls are smooth within 2 cells, finer shapes are not found."""
+    carved of, which its surface goes on filling; None for a camera without one. No vertex moves out of the hull; hulls are smooth within 2 cells, finer shapes are not found."""
     positions = numpy.asarray(found.positions, numpy.float64)
     faces = numpy.asarray(found.indices, numpy.int64)
     if not len(faces) or len(cameras) < 2:
@@ -92,6 +92,7 @@ def refine(
     field = _Field(links)
     kept = numpy.zeros(len(positions), bool)
     bound = _Bound(found, cameras, masks)
+    moved = positions
     for turn in range(TURNS + 1):
         beliefs = field.beliefs(cost, ROUNDS if turn == 0 else MORE_ROUNDS)
         depth = _least(beliefs) * (STEP * cell)
@@ -99,7 +100,7 @@ def refine(
         for _ in range(3):
             depth = mean @ depth
             depth[kept] = 0
-        moved: Doubles = positions - normals * numpy.minimum(depth, deepest)[:, None]
+        moved = positions - normals * numpy.minimum(depth, deepest)[:, None]
         if turn == TURNS:
             break
         more = bound.opened(moved, beliefs[:, 0] - beliefs.min(axis=1)) & ~kept
@@ -255,7 +256,9 @@ def _disagreement(
 class _Bound:
     """What the silhouettes say of a surface within the hull: each of their pixels that the hull covers stays covered."""
 
-    def __init__(self, found: Hull, cameras: Sequence[Camera], masks: Sequence[NDArray[Any]]) -> None:
+    def __init__(self, found: Hull, cameras: Sequence[Camera], masks: Sequence[NDArray[Any] | None]) -> None:
+        pairs = [(camera, mask) for camera, mask in zip(cameras, masks) if mask is not None]
+        cameras = [camera for camera, _ in pairs]
         self._cameras, self._faces = cameras, found.indices
         positions = numpy.asarray(found.positions, numpy.float64)
         self._wanted = [
@@ -264,7 +267,7 @@ class _Bound:
                 _box(TOLERANCE),
             )
             > 0
-            for camera, mask in zip(cameras, masks)
+            for camera, mask in pairs
         ]
         self._pixels = [camera.project(positions) for camera in cameras]
         away = [max(1e-9, float(numpy.median(camera.depth(positions)))) for camera in cameras]

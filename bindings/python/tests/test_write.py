@@ -113,7 +113,7 @@ def test_a_capture_may_be_patterns_of_files(tmp_path):
 def test_every_option_of_fvvmux_has_its_name():
     words = set(re.findall(r"^ +(?:-\w,)?--([a-z-]+)", tool("fvvmux", "--help-all"), re.M))
     assert len(words) > 45
-    others = {"help", "help-all", "version", "json", "output", "force", "segments", "cameras"}
+    others = {"help", "help-all", "version", "json", "output", "force", "segments", "cameras", "report"}
     others.add("write-capture")  # a parameter of fvv.mux
     of_parts = {"plan", "part", "merge", "capture"}  # fvv.distributed
     arriving = {"realtime", "in-place", "max-delay", "idle"}  # fvv.Writer takes frames as they come

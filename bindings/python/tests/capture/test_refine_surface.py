@@ -149,3 +149,13 @@ def test_one_camera_says_nothing(stone):
     picture, mask = filmed(view, texture, 1.0)
     positions = refine_surface.refine(found, [view], [picture], [mask])
     assert (positions == found.positions).all()
+
+
+def test_a_camera_without_a_silhouette_says_nothing_of_outlines(stone):
+    found, _ = stone
+    cameras, pictures, masks = shot(texture)
+    positions = refine_surface.refine(found, cameras, pictures, [None, *masks[1:]])
+    assert min(hull.silhouette_iou(positions, found.indices, cameras[1:], masks[1:])) > 0.98
+    of = hollow(found)
+    refined = dataclasses.replace(found, positions=positions)
+    assert errors(refined, of).mean() < errors(found, of).mean() / 3
