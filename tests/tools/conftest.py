@@ -60,6 +60,12 @@ def run(name, *arguments, code=0, warns=False):
     return done
 
 
+# Of fvvsynth.
+SMALL_HULLS = "--meshes", "hull", "--hull-cells", 40
+# Of fvvmux --realtime. What the machine does besides must not matter: no frame is dropped unless a test is about that.
+PATIENT = "--max-delay", "60"
+
+
 def small_capture(folder, *options, frames, cameras=2, size="64x48"):
     """A capture of fvvsynth that takes no time; returns its folder."""
     small = "--rig", "small", "--cameras", cameras, "--size", size, "--frames", frames

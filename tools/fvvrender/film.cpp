@@ -4,6 +4,7 @@
 #include "cli/output.h"
 #include "fvv_demux/frame_plan.h"
 #include "fvv_media/movie.h"
+#include "fvv_render/projection.h"
 #include "fvv_scene/file_io.h"
 #include "fvv_view/path.h"
 
@@ -158,7 +159,7 @@ view::Size size_of(const Options &options) {
 view::Orbit orbit_of(const InputFile &file, const Options &options, const Shown &shown) {
   const Film &film = options.film;
   view::Orbit orbit = {};
-  orbit.up = view::up_vector(shown.scene.up_axis);
+  orbit.up = render::up_vector(shown.scene.up_axis);
   double distance = 0;
   if (!film.target || !film.radius) {
     const Box box = box_of(file, options, shown);
@@ -192,7 +193,7 @@ public:
     if (degrees) orbit = orbit_of(file, options, shown);
     if (!options.film.path.empty())
       path = view::parse_path(scene::read_file(options.film.path, max_path_file), options.film.path);
-    up = view::up_vector(shown.scene.up_axis);
+    up = render::up_vector(shown.scene.up_axis);
     height = size_of(options).height;
   }
 

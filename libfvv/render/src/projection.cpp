@@ -1,5 +1,7 @@
 #include "fvv_render/projection.h"
 
+#include "fvv/format.h"
+
 #include <algorithm>
 
 namespace fvv::render {
@@ -106,6 +108,23 @@ Vec3 Projection::interpolated_ray(double u, double v) const {
   const size_t stride = size_t(width()) + 1;
   const Vec3 *corner = &corner_rays[size_t(y) * stride + size_t(x)];
   return mix(mix(corner[0], corner[1], u - x), mix(corner[stride], corner[stride + 1], u - x), v - y);
+}
+
+Vec3 up_vector(uint8_t axis) {
+  switch (axis) {
+  case FVV_UP_X:
+    return {1, 0, 0};
+  case FVV_UP_Z:
+    return {0, 0, 1};
+  case FVV_UP_MINUS_X:
+    return {-1, 0, 0};
+  case FVV_UP_MINUS_Y:
+    return {0, -1, 0};
+  case FVV_UP_MINUS_Z:
+    return {0, 0, -1};
+  default:
+    return {0, 1, 0};
+  }
 }
 
 } // namespace fvv::render

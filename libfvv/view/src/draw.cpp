@@ -4,6 +4,7 @@
 #include "fvv_cxx/parallel.h"
 #include "fvv_render/local_origin.h"
 #include "fvv_render/normals.h"
+#include "fvv_render/projection.h"
 #include "fvv_view/path.h"
 
 #include <algorithm>
@@ -57,7 +58,7 @@ fvv_camera of_pose(const Target &target, const Frame &frame) {
   for (const double value : p)
     if (!(std::abs(value) <= 1e9)) refuse(option_name("pose") + ": expected numbers within 1e9");
   const Vec3 eye = {p[0], p[1], p[2]}, at = {p[3], p[4], p[5]};
-  const Vec3 up = p.size() == 9 ? Vec3{p[6], p[7], p[8]} : up_vector(frame.up);
+  const Vec3 up = p.size() == 9 ? Vec3{p[6], p[7], p[8]} : render::up_vector(frame.up);
   const Vec3 z = render::normalised(at - eye), side = render::cross(z, render::normalised(up));
   if (!(render::length(z) > 0)) refuse(option_name("pose") + ": eye and target are the same point");
   if (!(render::length(side) > 1e-6)) refuse(option_name("pose") + ": up points along the line of sight");

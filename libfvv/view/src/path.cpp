@@ -1,6 +1,5 @@
 #include "fvv_view/path.h"
 
-#include "fvv/format.h"
 #include "fvv_scene/strict_json.h"
 
 #include <algorithm>
@@ -113,23 +112,6 @@ Keyframe Orbit::at(double degrees) const {
   const double angle = degrees * 3.14159265358979323846 / 180;
   const Vec3 side = render::cross(up, start);
   return {0, target + (start * std::cos(angle) + side * std::sin(angle)) * radius + up * height, target, up};
-}
-
-Vec3 up_vector(uint8_t axis) {
-  switch (axis) {
-  case FVV_UP_X:
-    return {1, 0, 0};
-  case FVV_UP_Z:
-    return {0, 0, 1};
-  case FVV_UP_MINUS_X:
-    return {-1, 0, 0};
-  case FVV_UP_MINUS_Y:
-    return {0, -1, 0};
-  case FVV_UP_MINUS_Z:
-    return {0, 0, -1};
-  default:
-    return {0, 1, 0};
-  }
 }
 
 } // namespace fvv::view

@@ -11,20 +11,17 @@ import tempfile
 import time
 
 import pytest
-from conftest import run, tool_path, validate
+from conftest import PATIENT, SMALL_HULLS, run, small_capture, tool_path, validate
 from frame_pipe import END, frame, head, record
 
 FRAMES = 8
-# What the machine does besides must not matter: no frame is dropped unless a test is about that.
-PATIENT = "--max-delay", "60"
 
 
 @pytest.fixture(scope="module")
 def show(tmp_path_factory):
     """The folder of a capture of three cameras, its description, and the records of its frames."""
     folder = tmp_path_factory.mktemp("show") / "show"
-    small = "--rig", "small", "--cameras", 3, "--size", "160x96", "--hull-cells", 40, "--meshes", "hull"
-    run("fvvsynth", *small, "--frames", FRAMES, "-o", folder)
+    small_capture(folder, *SMALL_HULLS, frames=FRAMES, cameras=3, size="160x96")
     description = json.loads((folder / "capture.json").read_text())
     return folder, description, [frame(folder, description, number) for number in range(FRAMES)]
 

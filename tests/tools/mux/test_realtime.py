@@ -10,22 +10,19 @@ import subprocess
 import time
 
 import pytest
-from conftest import run, small_capture, tool_path, validate
+from conftest import PATIENT, SMALL_HULLS, run, small_capture, tool_path, validate
 
 FRAMES = 12
 ALL = range(FRAMES)
 PERIOD = 1 / 25
 END = "capture.end"
-# What the machine does besides must not matter: no frame is dropped unless a test is about that.
-PATIENT = "--max-delay", "60"
 
 
 @pytest.fixture(scope="module")
 def show(tmp_path_factory):
     """A capture of three cameras, whole."""
     folder = tmp_path_factory.mktemp("show") / "show"
-    small = "--rig", "small", "--cameras", 3, "--size", "160x96", "--hull-cells", 40, "--meshes", "hull"
-    run("fvvsynth", *small, "--frames", FRAMES, "-o", folder)
+    small_capture(folder, *SMALL_HULLS, frames=FRAMES, cameras=3, size="160x96")
     return folder
 
 

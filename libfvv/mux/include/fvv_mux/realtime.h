@@ -23,8 +23,7 @@ struct RealtimeOptions {
   double most_delay = 2; // seconds from the arrival of a frame to the last byte of its group
   double idle = 10;      // seconds without a frame after which the stream ends
   // If not below 0, a descriptor that is read in place of the capture that options name, as
-  // spec/frame-pipe.md has it; borrowed.
-  // Messages call it by that name.
+  // spec/frame-pipe.md has it; borrowed. Messages call it by that name.
   int pipe = -1;
 };
 

@@ -1,6 +1,6 @@
 // Where a viewer begins: the side of a camera whose picture shows the action whole and large.
 #include "fvv_cxx/parallel.h"
-#include "fvv_render/vector.h"
+#include "fvv_render/projection.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/pictures.h"
 
@@ -25,31 +25,13 @@ struct Shown {
   bool is_steep = false;
 };
 
-std::optional<Vec3> up_of(uint8_t axis) {
-  switch (axis) {
-  case FVV_UP_X:
-    return Vec3{1, 0, 0};
-  case FVV_UP_Y:
-    return Vec3{0, 1, 0};
-  case FVV_UP_Z:
-    return Vec3{0, 0, 1};
-  case FVV_UP_MINUS_X:
-    return Vec3{-1, 0, 0};
-  case FVV_UP_MINUS_Y:
-    return Vec3{0, -1, 0};
-  case FVV_UP_MINUS_Z:
-    return Vec3{0, 0, -1};
-  default:
-    return {};
-  }
-}
-
 // mask: empty where the camera has none; then what is in the picture is taken to be seen.
 void look(const SampledScene::Frame &frame, const fvv_camera &camera, const media::Image &mask,
           Shown &shown) {
   const size_t stride = 1 + frame.mesh.vertex_count() / enough;
   size_t seen = 0, all = 0;
-  double near = 0, far = 0;
+  double near = 0, far = 0, centre[3];
+  fvv_camera_centre(&camera, centre);
   for (size_t v = 0; v < frame.mesh.vertex_count(); v += stride, all++) {
     const double *p = &frame.mesh.positions[3 * v];
     double pixel[2];
@@ -58,8 +40,6 @@ void look(const SampledScene::Frame &frame, const fvv_camera &camera, const medi
     const size_t x = size_t(pixel[0]), y = size_t(pixel[1]);
     if (!mask.pixels.empty() && mask.pixels[y * mask.width + x] <= 127) continue;
     seen++;
-    double centre[3];
-    fvv_camera_centre(&camera, centre);
     const Vec3 ray = Vec3{p[0], p[1], p[2]} - Vec3{centre[0], centre[1], centre[2]};
     // What a square metre there covers, and how many such pictures a square metre takes.
     const double covers = camera.fx * camera.fy / (dot(ray, ray) * camera.width * camera.height);
@@ -89,7 +69,8 @@ std::optional<uint16_t> choose_first_view(const Plan &plan, const SampledScene &
   // Areas by masks and without cannot be compared.
   const bool by_masks = std::all_of(cameras.begin(), cameras.end(),
                                     [&](size_t i) { return capture.cameras[i].masks.has_value(); });
-  const std::optional<Vec3> up = up_of(capture.up);
+  std::optional<Vec3> up;
+  if (capture.up != FVV_UP_UNKNOWN) up = render::up_vector(capture.up);
   std::vector<Shown> all(cameras.size());
   fvv::parallel(plan.options.threads, cameras.size(), [&](size_t k) {
     plan.observer.check_cancelled();

@@ -51,4 +51,7 @@ private:
   std::vector<Vec3> corner_rays; // (width + 1) x (height + 1) with a lens and rays, else none
 };
 
+// The unit vector of FVV_UP_...; +Y for other numbers.
+Vec3 up_vector(uint8_t axis);
+
 } // namespace fvv::render

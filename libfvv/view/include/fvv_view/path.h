@@ -47,7 +47,4 @@ struct Orbit {
   Keyframe at(double degrees) const;
 };
 
-// The unit vector of FVV_UP_...; +Y for other numbers.
-Vec3 up_vector(uint8_t axis);
-
 } // namespace fvv::view
