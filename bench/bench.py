@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, view, look, ladder, chaos, settle, player, gpu, sound, npm, docs, site, python,
+import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, pick, view, look, ladder, chaos, settle, player, gpu, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain, surfaces.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -23,6 +23,7 @@ import python_package
 import serve
 import view_quality
 import whp235
+from analysis import figures as analysis_figures
 from cluster import dask_times
 from gpu import figures as gpu_figures
 from house import figures as house_figures
@@ -355,6 +356,11 @@ def js():
     )
 
 
+def pick():
+    """Rays against a mesh of 35,000 triangles with @fvv/analysis, in Node."""
+    return analysis_figures.picks(stream())
+
+
 def view():
     """Bytes of the demo's capture for a viewpoint, with cameras spread over 4 tracks of video, and with a track each."""
     folder = WORK / "synth"
@@ -493,6 +499,7 @@ PARTS = {
     "picture": picture,
     "spend": spent,
     "js": js,
+    "pick": pick,
     "view": view,
     "look": look,
     "ladder": ladder,

@@ -132,8 +132,10 @@ def installed(package):
 
 
 NPM = {
+    "analysis": {"@fvv/shading"},
     "decoder": {"draco", "emscripten", "llvm-runtime", "meshoptimizer", "musl"},
     "player": {
+        "@fvv/analysis",
         "@fvv/decoder",
         "@fvv/shading",
         "draco",
@@ -143,7 +145,7 @@ NPM = {
         "musl",
     },
     "shading": set(),
-    "three": {"@fvv/shading"},
+    "three": {"@fvv/analysis", "@fvv/shading"},
     "video-fallback": {"FFmpeg", "emscripten", "llvm-runtime", "musl"},
 }
 

@@ -7,7 +7,7 @@ import { Application } from "typedoc";
 
 import { root } from "../sources.mjs";
 
-const PACKAGES = ["player", "decoder", "three", "shading", "video-fallback"];
+const PACKAGES = ["player", "decoder", "three", "analysis", "shading", "video-fallback"];
 
 /** The declarations of a package, by its exports; those of dist are copies of those of src. */
 function entries(folder) {

@@ -14,6 +14,7 @@ import { bundlePlayer } from "../../player/bundle.mjs";
 import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
 import { serveFolder, tool } from "../../testing/served.mjs";
 import { bundle } from "../../three/bundle.mjs";
+import { NAMES } from "../packages.mjs";
 
 const js = fileURLToPath(new URL("../..", import.meta.url));
 
@@ -23,7 +24,7 @@ function listing(readme, language) {
   return new RegExp(`\`\`\`${language}\\n([^]*?)\`\`\``).exec(text)[1];
 }
 
-const PACKAGES = ["decoder", "player", "three", "video-fallback"];
+const PACKAGES = ["analysis", "decoder", "player", "three", "video-fallback"];
 
 /** A listing as a module: what parts of a page use without declaring it is declared. */
 function moduleOf(name, code) {
@@ -41,7 +42,7 @@ test("samples of the READMEs have the types of the packages", () => {
   try {
     mkdirSync(join(folder, "node_modules/@fvv"), { recursive: true });
     const link = (name, target) => symlinkSync(join(js, target), join(folder, "node_modules", name));
-    for (const name of PACKAGES) link(`@fvv/${name}`, name);
+    for (const name of NAMES) link(`@fvv/${name}`, name);
     for (const name of ["react", "react-dom", "three", "@types", "opus-decoder"]) link(name, `node_modules/${name}`);
     const files = PACKAGES.flatMap((name) => {
       const text = readFileSync(join(js, name, "README.md"), "utf8");

@@ -25,7 +25,8 @@ describe("Vite's development server", { skip: missingBrowser("chromium") }, () =
   before(async () => {
     folder = mkdtempSync(join(tmpdir(), "fvv-vite-"));
     for (const name of ["packed", "files/public"]) mkdirSync(join(folder, name), { recursive: true });
-    for (const name of ["decoder", "shading", "player"]) tarballs[name] = pack(name, join(folder, "packed"));
+    for (const name of ["analysis", "decoder", "shading", "player"])
+      tarballs[name] = pack(name, join(folder, "packed"));
     const write = (name, text) => writeFileSync(join(folder, "files", name), text);
     write("index.html", PAGE);
     write("main.js", 'import "@fvv/player";\n');

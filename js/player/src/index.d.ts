@@ -1,3 +1,4 @@
+import { Pick as Picked, Ray } from "@fvv/analysis";
 import { Camera, FvvError, Options, Outage, Rung, RungChange, Source } from "@fvv/decoder";
 import { Counters, Mode } from "./renderer/index.js";
 
@@ -172,6 +173,11 @@ export class FvvPlayer extends HTMLElement {
   /** Their values for the current view. */
   getCameraAttributes(): { cameraOrbit: string; cameraTarget: string; fieldOfView: string };
   getPose(): Pose;
+  /** What is at a place of the picture on screen; null: nothing of the scene's meshes, or the contact sheet is shown. x, y: CSS pixels
+   * from the top left corner of the element. The first call loads @fvv/analysis. */
+  pick(x: number, y: number): Promise<Picked | null>;
+  /** What a ray meets first, in the coordinates of the stream. */
+  pick(ray: Ray): Promise<Picked | null>;
   /** Omitted fields are kept. Before the first frame it waits for that. Resolves to false if the user interrupts the movement,
    * and if another source is set before there is a frame. */
   setPose(pose: Partial<Pose>, journey?: Journey): Promise<boolean>;

@@ -52,7 +52,7 @@ export class Stage extends EventTarget {
   #waiting = null; // timer of the next attempt to get a context
   #losing = null; // timer after a loss
   #gone = false;
-  #frame = null; // {cameras} of the frame on screen
+  #frame = null; // what is used of the frame on screen
   #ground = null;
   #empty = true;
   #immersed = false;
@@ -181,6 +181,12 @@ export class Stage extends EventTarget {
   get empty() {
     return this.#empty;
   }
+  /** The frame on screen, whose pictures may be closed, and the view of it in CSS pixels of the canvas; null: none. */
+  get shown() {
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    if (this.#empty || !width || !height) return null;
+    return { frame: this.#frame.whole, view: this.#navigator.view(width, height) };
+  }
   /** Whether the stream on screen has pictures of cameras and no meshes. */
   get onlyPictures() {
     return this.#frame !== null && !this.#frame.hasMeshes && this.#renderer.tiles.length > 0;
@@ -209,7 +215,7 @@ export class Stage extends EventTarget {
     if (!shown) return false;
     const { tracks, scaleKnown } = frame.configuration;
     const hasMeshes = tracks.some(({ kind }) => kind === "mesh");
-    this.#frame = { cameras: frame.cameras, hasMeshes, scaleKnown, floor: this.#frame?.floor ?? null };
+    this.#frame = { whole: frame, cameras: frame.cameras, hasMeshes, scaleKnown, floor: this.#frame?.floor ?? null };
     if (this.#empty || (this.#bare && frame.mesh)) this.#begin(frame);
     else this.#navigator.follow(frame.cameras);
     this.#delay.uploaded(taken);

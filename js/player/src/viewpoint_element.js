@@ -84,6 +84,22 @@ export class ViewpointElement extends MediaElement {
     const { eye, target, up, fov } = this._navigator.pose;
     return { eye: [...eye], target: [...target], up: [...up], fov: degreesOf(fov) };
   }
+  /**
+   * What is at a place of the picture, {time, frame, position, normal, face, object, camera, ...}, as pick of @fvv/analysis
+   * returns it; null: nothing. x, y: CSS pixels from the top left corner of the element; or x is a ray, {origin, direction}, in
+   * the coordinates of the stream. The first call loads the module.
+   */
+  async pick(x, y) {
+    const isRay = typeof x === "object" && x !== null;
+    if (!isRay && !(Number.isFinite(x) && Number.isFinite(y)))
+      throw new TypeError(`pick: expected x and y, or a ray, found ${x} and ${y}`);
+    // As they are now: playback goes on while the module is loaded.
+    const shown = this.contactSheet.length ? null : this._stage?.shown;
+    if (!shown) return null;
+    const { pick, rayThrough } = await import("@fvv/analysis");
+    return pick(shown.frame, isRay ? x : rayThrough(shown.view, x, y));
+  }
+
   /** Calls move as soon as there is a frame. The promise resolves to false if the source fails or is replaced before. */
   #withFrame(move) {
     if (this._stage?.empty === false && this.readyState > 0) return move();

@@ -122,6 +122,43 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     await load("players");
   });
 
+  test("pick loads its module once, and finds what is under the mouse", async () => {
+    await load("players");
+    await ask(() => window.player.resetView());
+    await still();
+    const found = await ask(async () => {
+      const { player } = window;
+      const early = await document.createElement("fvv-player").pick(10, 10);
+      const scripts = () => performance.getEntriesByType("resource").filter(({ name }) => name.endsWith(".js")).length;
+      const before = scripts();
+      const corner = await player.pick(0, 0);
+      const loaded = scripts() - before;
+      const hits = [];
+      for (let y = 0.05; y < 1; y += 0.05)
+        for (let x = 0.05; x < 1; x += 0.05) {
+          const hit = await player.pick(x * player.clientWidth, y * player.clientHeight);
+          if (hit) hits.push({ ...hit, time: String(hit.time) });
+        }
+      const [{ position }] = hits;
+      const { eye } = player.getPose();
+      const again = await player.pick({ origin: eye, direction: position.map((x, k) => x - eye[k]) });
+      const wrong = await player.pick("left").catch(({ message }) => message);
+      const more = scripts() - before;
+      return { early, loaded, more, corner, wrong, hits, eye, again: again.position, frame: player.currentFrame };
+    });
+    assert.deepEqual([found.early, found.corner, found.loaded, found.more], [null, null, 1, 1]);
+    assert.match(found.wrong, /pick: expected x and y, or a ray/);
+    assert.ok(found.hits.length >= 8 && found.hits.length < 200, `${found.hits.length} hits`);
+    for (const { frame, position, distance, normal } of found.hits) {
+      assert.equal(frame, found.frame);
+      const towards = position.map((x, k) => x - found.eye[k]);
+      assert.ok(Math.abs(Math.hypot(...towards) - distance) < 1e-6);
+      assert.ok(normal.reduce((sum, x, k) => sum + x * towards[k], 0) < 0, "the surface that is seen faces the viewer");
+    }
+    assert.ok(found.hits.filter(({ camera }) => camera !== null).length > found.hits.length / 2);
+    assert.ok(found.again.every((x, k) => Math.abs(x - found.hits[0].position[k]) < 1e-6));
+  });
+
   test("focus() gives the keys to the player", async () => {
     await seekTo(2);
     await ask(() => document.getElementById("name").focus());

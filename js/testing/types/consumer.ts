@@ -1,5 +1,6 @@
 // A TypeScript program that uses the packages. tsc has to accept it and their declarations.
 
+import { pick, rayThrough } from "@fvv/analysis";
 import { FvvError, camerasFor, createDecoder } from "@fvv/decoder";
 import type { Decoder, Frame, FvvEvent, Group } from "@fvv/decoder";
 import { FvvPlayer } from "@fvv/player";
@@ -65,6 +66,15 @@ async function showInScene(frame: Frame, renderer: WebGLRenderer): Promise<numbe
   return object.frame && object.frame.number;
 }
 
+function touch(frame: Frame): number | null {
+  const found = pick(frame, rayThrough(frame.cameras[0], 160, 90));
+  const time: bigint | undefined = found?.time;
+  console.log(time, found?.barycentric[2], found?.camera);
+  // @ts-expect-error a ray has a direction
+  pick(frame, { origin: [0, 0, 0] });
+  return found && found.face;
+}
+
 async function play(source: Blob): Promise<void> {
   const player: FvvPlayer = document.createElement("fvv-player");
   player.srcObject = source;
@@ -76,4 +86,4 @@ async function play(source: Blob): Promise<void> {
   player.addEventListener("timeupdate", () => console.log(player.currentTime, player.stats.framesShown));
 }
 
-export { camerasFor, drawAll, open, play, showInScene };
+export { camerasFor, drawAll, open, play, showInScene, touch };

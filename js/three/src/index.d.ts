@@ -1,5 +1,8 @@
-import { Mesh, Object3D, PerspectiveCamera, WebGLRenderer } from "three";
+import { Mesh, Object3D, PerspectiveCamera, Ray, WebGLRenderer } from "three";
+import { Pick } from "@fvv/analysis";
 import { Camera, Frame } from "@fvv/decoder";
+
+export { Pick, pick, rayThrough } from "@fvv/analysis";
 
 export interface Options {
   /** The renderer of the scene, with WebGL 2: pictures are uploaded and depth maps drawn when a frame is shown. */
@@ -27,6 +30,11 @@ export class FvvObject3D extends Object3D {
    * last one shows its frame, and the others return false.
    */
   show(frame: Frame): Promise<boolean>;
+  /**
+   * What a ray in the coordinates of the scene's world, such as that of a Raycaster, meets first of the frame that is shown; null:
+   * nothing. Positions, normals and the distance of the result are in the coordinates of the stream: localToWorld leads back.
+   */
+  pick(ray: Ray): Pick | null;
   /** The frame that is shown; null: none yet. */
   readonly frame: { number: number; seconds: number } | null;
   /** Number of cameras that give colours in this frame, 64 at most. */

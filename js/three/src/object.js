@@ -1,5 +1,6 @@
 // A frame of free-viewpoint video in a scene: its mesh, coloured at each point by the cameras that see it best.
 
+import { pick } from "@fvv/analysis";
 import {
   blending,
   checkTexturing,
@@ -167,6 +168,7 @@ export class FvvObject3D extends Object3D {
   #kept = []; // pictures of the frame that is shown
   #redraw = () => this.#drawAgain();
   #shown = { views: [], atlas: null };
+  #frame = null; // that is shown, whose pictures may be closed
 
   constructor({ renderer, ...texturing }) {
     super();
@@ -232,6 +234,7 @@ export class FvvObject3D extends Object3D {
     const pictures = await loadPictures(frame);
     if (turn !== this.#turn) return false;
     this.frame = { number: frame.number, seconds: frame.seconds };
+    this.#frame = frame;
     this.#mesh.visible = frame.mesh !== null && frame.mesh.faceCount > 0;
     closePictures(this.#kept);
     this.#kept = [];
@@ -239,6 +242,15 @@ export class FvvObject3D extends Object3D {
     this.#kept = keepPictures(pictures, frame);
     this.#showMesh(frame, pictures);
     return true;
+  }
+
+  /** What a ray of the scene's world, a Ray of three, meets first of the frame, as pick of @fvv/analysis returns it. */
+  pick(ray) {
+    if (!this.#frame) return null;
+    this.updateWorldMatrix(true, false);
+    // In doubles, to the coordinates of the stream.
+    const { origin, direction } = ray.clone().applyMatrix4(worldToMesh.copy(this.matrixWorld).invert());
+    return pick(this.#frame, { origin: origin.toArray(), direction: direction.toArray() });
   }
 
   async #drawAgain() {

@@ -2,7 +2,17 @@
 
 import { createDecoder } from "@fvv/decoder";
 import { FvvObject3D, lookThrough } from "@fvv/three";
-import { Mesh, MeshBasicMaterial, PerspectiveCamera, PlaneGeometry, Scene, WebGLRenderer } from "three";
+import {
+  Mesh,
+  MeshBasicMaterial,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
 
 const renderers = {};
 /** depth: "standard", "reversed" or "logarithmic". */
@@ -49,6 +59,31 @@ function hidden(renderer, distances, mask, size) {
   return found;
 }
 
+/**
+ * Rays of three through some pixels: how many meet the object, the fraction that meets it where the mask is white and not where
+ * it is black, and the largest distance in pixels between a pixel and the point that was met, as the camera projects it.
+ */
+function rays(object, camera, mask, { width, height }) {
+  const caster = new Raycaster();
+  const [hits, right, off] = [[], [], []];
+  for (let y = 4; y < height; y += 9)
+    for (let x = 4; x < width; x += 9) {
+      const white = mask[4 * (y * width + x)];
+      if (white > 0 && white < 255) continue;
+      caster.setFromCamera(new Vector2((2 * (x + 0.5)) / width - 1, 1 - (2 * (y + 0.5)) / height), viewer);
+      const found = object.pick(caster.ray);
+      right.push((found !== null) === white > 0);
+      if (!found) continue;
+      hits.push(found);
+      const [u, v] = camera.project(...found.position);
+      off.push(Math.hypot(u - x - 0.5, v - y - 0.5));
+      const world = object.localToWorld(new Vector3(...found.position));
+      const away = world.distanceTo(caster.ray.origin) / object.getWorldScale(new Vector3()).x;
+      if (!(Math.abs(away - found.distance) < 1e-3)) throw new Error(`${away} and ${found.distance}`);
+    }
+  return { hits: hits.length, right: right.filter(Boolean).length / right.length, off: Math.max(...off) };
+}
+
 function pixels(source, { width, height }) {
   const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
   context.drawImage(source, 0, 0);
@@ -92,18 +127,19 @@ function averaged(data, { width, height }, shrink) {
 
 /** The frame with the requested cameras and pictures only. */
 function part(frame, { only, pictures }) {
-  const { configuration, cameras, mesh, visibility, number, seconds, samples } = frame;
+  const { configuration, cameras, mesh, meshes, visibility, number, time, seconds, samples } = frame;
   const camera = (id) => (only === undefined || only === id ? frame.camera(id) : null);
   const picture = (track) => (pictures ? frame.picture(track) : null);
   const tiles = (track) => frame.tiles(track);
-  return { configuration, cameras, mesh, visibility, number, seconds, samples, camera, picture, tiles };
+  const plain = { configuration, cameras, mesh, meshes, visibility, number, time, seconds, samples };
+  return { ...plain, camera, picture, tiles };
 }
 
 /**
  * cases: [{camera, picture, mask}], of fvvrender. only: the only camera that gives colour; pictures: false if they are lost;
  * turned: the object is moved, rotated and scaled; tracks: the selected tracks of video; own: options of the object; shrink:
  * pictures are drawn in a shrink-th of their size, as from far away, and compared with means of fvvrender's pixels; near: of the
- * viewer; depth: of the renderer; lose: it loses its context before it draws; planes: distances of planes for hidden().
+ * viewer; depth: of the renderer; lose: it loses its context before it draws; planes: distances of planes for hidden(); cast: see rays().
  */
 window.compare = async ({
   file,
@@ -119,6 +155,7 @@ window.compare = async ({
   depth = "standard",
   lose = false,
   planes = [],
+  cast = false,
 }) => {
   const renderer = rendererOf(depth);
   viewer.near = near;
@@ -153,6 +190,7 @@ window.compare = async ({
     results.push({
       camera: id,
       hidden: hidden(renderer, planes, inside, size),
+      ...(cast && { rays: rays(object, camera, inside, size) }),
       ...measure(
         drawn,
         averaged(wanted, camera, shrink),

@@ -175,6 +175,16 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
   test("an object that is rotated and scaled", async () => {
     assertAlike(await compare("maps", 0, [0, 3], { ...maps, turned: true }));
   });
+  for (const stream of ["maps", "far"])
+    test(`rays meet what is drawn: ${stream}`, async () => {
+      for (const turned of [false, true]) {
+        const { results } = await compare(stream, 0, [0, 3], { ...maps, turned, cast: true });
+        for (const { rays } of results) {
+          assert.ok(rays.hits >= 30 && rays.right > 0.99, JSON.stringify(rays));
+          assert.ok(rays.off < 0.02, JSON.stringify(rays));
+        }
+      }
+    });
   test("each camera gives its own colours", async () => {
     const greys = [];
     for (const only of [0, 2]) {
