@@ -96,7 +96,8 @@ export function partsAt(
   eye: readonly number[],
   rule: { blend: "viewer" | "paper"; threshold: number; best: number },
 ): { camera: number; part: number }[];
-export function lensesOf(views: readonly View[]): 0 | 1 | 2;
+/** Defines of projection and blending for a frame's views, after their depth maps have been placed. */
+export function definesOf(views: readonly View[]): { LENSES: 0 | 1 | 2; VIEW_BLOCKS: number; DEPTHS?: 1 };
 export function viewsOf(frame: Frame, places: Map<number, { x: number; y: number }>): View[];
 export function writeViews(views: View[], array: Float32Array): void;
 export function visibilityWeightTexels(frame: Frame, mesh: Mesh, views: View[], maxTexels: number): number;

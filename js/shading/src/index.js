@@ -21,7 +21,7 @@ export {
   MAX_VIEWS,
   VIEW_TEXELS,
   checkTexturing,
-  lensesOf,
+  definesOf,
   nearPlaneOf,
   originOf,
   pointsOf,

@@ -61,9 +61,16 @@ export function viewsOf(frame, layout) {
   return views;
 }
 
-/** For the define LENSES of the shaders: 0 no view has a lens, 1 none is a fisheye, 2 any. Its formulas cost time in software. */
-export function lensesOf(views) {
-  return views.reduce((most, { camera }) => Math.max(most, lenses.indexOf(camera.lens)), 0);
+/**
+ * Defines of the shaders for a frame's views, with what takes time in software only where it is needed. LENSES: 0 no view has
+ * a lens, 1 none is a fisheye, 2 any. VIEW_BLOCKS: the number of fours of views. DEPTHS: if a view has a depth map.
+ */
+export function definesOf(views) {
+  const defines = {
+    LENSES: views.reduce((most, { camera }) => Math.max(most, lenses.indexOf(camera.lens)), 0),
+    VIEW_BLOCKS: Math.max(1, Math.ceil(views.length / 4)),
+  };
+  return views.some(({ depth }) => depth) ? { ...defines, DEPTHS: 1 } : defines;
 }
 
 /**

@@ -4,9 +4,9 @@ import { pick } from "@fvv/analysis";
 import {
   blending,
   checkTexturing,
+  definesOf,
   closePictures,
   keepPictures,
-  lensesOf,
   loadKept,
   loadPictures,
   MAX_WEIGHT_TEXELS,
@@ -307,9 +307,12 @@ export class FvvObject3D extends Object3D {
     const maxTexels = Math.min(MAX_WEIGHT_TEXELS, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
     const texels = this.#visibilityWeights.show(frame, frame.mesh, views, maxTexels);
     this.#define("WEIGHT_TEXELS", texels);
-    this.#define("LENSES", lensesOf(views));
     if (texels) uniforms.visibilityWeights.value = this.#visibilityWeights.texture;
     this.#depths.plan(views);
+    const { LENSES, VIEW_BLOCKS, DEPTHS } = definesOf(views);
+    this.#define("LENSES", LENSES);
+    this.#define("VIEW_BLOCKS", VIEW_BLOCKS);
+    this.#define("DEPTHS", DEPTHS);
     this.#views.show(views);
     this.#depths.render(this.#renderer, views);
     uniforms.depths.value = this.#depths.texture ?? noLayers;

@@ -70,6 +70,8 @@ export class PictureTexture {
     for (const picture of pictures) this.#draw(picture, places.get(picture.video.track));
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     this.#hasLevels = false;
+    // Software samples two levels if the filter has them, even of pictures that are magnified.
+    this.#filter(gl.LINEAR);
   }
 
   makeLevels() {
@@ -78,6 +80,13 @@ export class PictureTexture {
     gl.bindTexture(gl.TEXTURE_2D, this.#target.texture);
     gl.generateMipmap(gl.TEXTURE_2D);
     this.#hasLevels = true;
+    this.#filter(gl.LINEAR_MIPMAP_LINEAR);
+  }
+
+  #filter(filter) {
+    const gl = this.#gl;
+    gl.bindTexture(gl.TEXTURE_2D, this.#target.texture);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
   }
 
   #draw(picture, { x, y }) {

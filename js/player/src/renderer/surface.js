@@ -2,6 +2,7 @@
 
 import {
   blending,
+  definesOf,
   depthFragment,
   DepthPlan,
   depthSizes,
@@ -12,7 +13,6 @@ import {
   projection,
   WEIGHT_COLUMNS,
   visibilityWeightsVertex,
-  lensesOf,
   visibilityWeightTexels,
   texturingOf,
   usesLevels,
@@ -101,11 +101,12 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
   int count = 0, all = 0;
   vec3 shown = shownPlace(point, normal);
-  uvec2 seen = seenByVisibilityWeights();
+  vec4 limits[VIEW_BLOCKS], facings[VIEW_BLOCKS];
+  limitsAt(point, normal, normalize(eye - point), limits, facings);
   for (int view = 0; view < viewCount; view++) {
     all += (int(texel(view, 3).w) & OFF) == 0 ? 1 : 0;
     vec2 at;
-    if (isCandidate(view, point, normal, seen) && shows(view, point, shown, faceNormal, at) > 0.0) count++;
+    if (limits[view >> 2][view & 3] > 0.0 && shows(view, point, shown, faceNormal, at) > 0.0) count++;
   }
   float fraction = float(count) / float(max(all, 1));
   return count == 0 ? vec3(0.4, 0.0, 0.0) : mix(vec3(0.05, 0.25, 0.75), vec3(1.0, 0.9, 0.2), min(1.0, 2.0 * fraction));
@@ -281,7 +282,7 @@ export class Surface {
       visibilityWeights: this.#visibilityWeights.texture,
       depths: this.#depths.texture,
     };
-    const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best, LENSES: lensesOf(views) };
+    const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best, ...definesOf(views) };
     if (blend === "paper") defines.PAPER = 1;
     if (atlas) defines.ATLAS = 1;
     if (far) defines.LEVELS = 1;

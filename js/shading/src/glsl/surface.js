@@ -1,12 +1,15 @@
 // Shaders of the surface: projection through the cameras of the table of views, their depth maps, and the blending of the
 // best cameras at a point, by the rules of docs/tools/fvvrender.md. All coordinates are those of the stream, relative to
 // originOf; only the viewer's matrices include the surrounding scene.
+//
+// Software rasterisers execute both sides of branches and skip only loops, and are slow with arrays whose index is not
+// constant. Where fragments choose among cameras, branches are selections, and loops over registers are written out.
 
 import { APART, FADE } from "../camera_rule.js";
-import { LEVELS, SHARP } from "../views.js";
+import { LEVELS, MAX_BEST, MAX_VIEWS, SHARP } from "../views.js";
 
 /**
- * Within the ranges of clause 9.1, as libfvv projects. LENSES: what lenses the views have, see lensesOf; default: any. A view's
+ * Within the ranges of clause 9.1, as libfvv projects. LENSES: what lenses the views have, see definesOf; default: any. A view's
  * row: 0 to 2 rotation and translation, 3 centre and flags, 4 fx fy cx cy, 5 skew, rMax, lens and number, 6 and 7 distortion,
  * 8 source, 9 place in the texture of pictures, 10 scale and offset of the depth map, 11 its size and the width of a pixel at
  * a distance of 1.
@@ -29,7 +32,6 @@ vec3 toCamera(int view, vec3 point) {
 
 // Pixel of the camera's picture. false: behind the camera or beyond the range of its lens.
 bool toPicture(int view, vec3 at, out vec2 pixel) {
-  if (!(at.z > 0.0)) return false;
   vec4 intrinsics = texel(view, 4), more = texel(view, 5);
   vec2 q = at.xy / at.z;
   float r = length(q);
@@ -40,7 +42,6 @@ bool toPicture(int view, vec3 at, out vec2 pixel) {
     r = angle;
   }
 #endif
-  if (!(r <= more.y)) return false;
   vec2 d = q;
 #if LENSES > 0
   vec4 k = texel(view, 6), l = texel(view, 7);
@@ -53,7 +54,7 @@ bool toPicture(int view, vec3 at, out vec2 pixel) {
   }
 #endif
   pixel = vec2(intrinsics.x * d.x + more.x * d.y + intrinsics.z, intrinsics.y * d.y + intrinsics.w);
-  return true;
+  return at.z > 0.0 && r <= more.y;
 }
 
 // Clip coordinates of a point in a view's frame in its layer of depth maps, clipped at nearPlane, without a far plane.
@@ -108,11 +109,72 @@ void passVisibilityWeights() {
 }
 `;
 
+/** The most texels with a number for each of four views. */
+const MOST_BLOCKS = MAX_VIEWS / 4;
+
+const unrolled = (count, text) => Array.from({ length: count }, (_, i) => text(i)).join("\n");
+/** text(block), for each block of four views that there is. */
+const everyBlock = (text) => unrolled(MOST_BLOCKS, (i) => `#if VIEW_BLOCKS > ${i}\n${text(i)}\n#endif`);
+
+/** The limits of four views. */
+const limitsOfBlock = (block) => /* glsl */ `
+  {
+    vec4 visibility = vec4(0.0);
+#if WEIGHT_TEXELS > ${block}
+    visibility = vVisibility[${block}];
+#endif
+    const ivec4 four = ivec4(${[0, 1, 2, 3].map((i) => 4 * block + i)});
+    vec4 limit, facing;
+    limit.x = limitOf(texel(four.x, 3), point, normal, towardsEye, visibility.x, facing.x);
+    limit.y = limitOf(texel(four.y, 3), point, normal, towardsEye, visibility.y, facing.y);
+    limit.z = limitOf(texel(four.z, 3), point, normal, towardsEye, visibility.z, facing.z);
+    limit.w = limitOf(texel(four.w, 3), point, normal, towardsEye, visibility.w, facing.w);
+    limits[${block}] = mix(vec4(0.0), limit, lessThan(four, ivec4(viewCount)));
+    facings[${block}] = facing;
+  }`;
+
+/** Takes the first view with the largest limit out of limits, if that is more than the weight of the last view that is kept. */
+const takeNext = /* glsl */ `
+    limit = weights[KEPT - 1], facing = 0.0, view = -1.0;
+${everyBlock((block) =>
+  unrolled(
+    4,
+    (i) => `    more = limits[${block}][${i}] > limit;
+    limit = mix(limit, limits[${block}][${i}], more);
+    facing = mix(facing, facings[${block}][${i}], more);
+    view = mix(view, ${4 * block + i}.0, more);`,
+  ),
+)}
+${everyBlock(
+  (block) =>
+    `    limits[${block}] = mix(limits[${block}], vec4(0.0), equal(vec4(${[0, 1, 2, 3].map((i) => 4 * block + i)}), vec4(view)));`,
+)}`;
+
+/** Puts a view into its place among those that are kept. */
+const insert = unrolled(MAX_BEST + 1, (fromLast) => {
+  const i = MAX_BEST - fromLast;
+  const values = { weights: "weight", numbers: "view", certain: "certainty", places: "at" };
+  const assign = (to, of) =>
+    Object.keys(values)
+      .map((name) => {
+        const condition = name === "places" ? "bvec2(more)" : "more";
+        return `    ${name}[${to}] = mix(${name}[${to}], ${of(name)}, ${condition});`;
+      })
+      .join("\n");
+  return `#if KEPT > ${i}
+    more = weight > weights[${i}];
+#if KEPT > ${i + 1}
+${assign(i + 1, (name) => `${name}[${i}]`)}
+#endif
+${assign(i, (name) => values[name])}
+#endif`;
+});
+
 /**
  * Follows projection in a fragment shader. WEIGHT_TEXELS: number of varyings with visibility weights. BEST: maximum number of
  * cameras at a point. PAPER: defined if cameras are weighted by the normal alone; COLOURS: if the mesh has colours of vertices,
  * which are shown where no camera shows the surface; see clauses 17.5 and 19 of the format. LEVELS: if pictures are sampled at
- * levels, for which see usesLevels. INSET: if the inset is not 0.
+ * levels, for which see usesLevels. INSET: if the inset is not 0. VIEW_BLOCKS and DEPTHS: see definesOf.
  */
 export const blending = /* glsl */ `
 uniform highp sampler2D pictures;
@@ -152,33 +214,6 @@ bool hidden(int view, vec3 at, vec3 normal) {
   return at.z > nearest + tolerance.x * at.z * max(sizes.z, sizes.w) + tolerance.y * slope;
 }
 
-// A bit for each view: whether its visibility weight is at least one half, 127.5 of 255.
-uvec2 seenByVisibilityWeights() {
-  uvec2 seen = uvec2(0u);
-#if WEIGHT_TEXELS > 0
-  for (int i = 0; i < WEIGHT_TEXELS; i++) {
-    uvec4 bits = uvec4(greaterThanEqual(vVisibility[i], vec4(0.5)));
-    uint four = bits.x | bits.y << 1 | bits.z << 2 | bits.w << 3;
-    if (i < 8) seen.x |= four << uint(4 * i);
-    else seen.y |= four << uint(4 * (i - 8));
-  }
-#endif
-  return seen;
-}
-
-// A factor from 0 to 1: how well a view sees the point, by its visibility weight.
-float visibilityFactor(int view) {
-#if WEIGHT_TEXELS > 0 && !defined(PAPER)
-  if ((int(texel(view, 3).w) & BY_WEIGHTS) == 0) return 1.0;
-  // Software rasterisers index varyings slowly.
-  vec4 four = vVisibility[0];
-  for (int i = 1; i < WEIGHT_TEXELS; i++) four = i == view >> 2 ? vVisibility[i] : four;
-  return max(0.0, 2.0 * dot(four, vec4(equal(ivec4(0, 1, 2, 3), ivec4(view & 3)))) - 1.0);
-#else
-  return 1.0;
-#endif
-}
-
 // Where pictures show a point of the mesh.
 vec3 shownPlace(vec3 point, vec3 normal) {
 #ifdef INSET
@@ -191,28 +226,26 @@ vec3 shownPlace(vec3 point, vec3 normal) {
 // How well the picture of a view shows the point, 0 to 1, its visibility weight aside; shown: its shownPlace; at: where, in
 // texels of pictures.
 float shows(int view, vec3 point, vec3 shown, vec3 faceNormal, out vec2 at) {
-  vec3 inCamera = toCamera(view, point), shownInCamera = inCamera;
-#ifdef INSET
-  shownInCamera = toCamera(view, shown);
-#endif
-  vec4 source = texel(view, 8), place = texel(view, 9), centre = texel(view, 3);
+  vec4 source = texel(view, 8), place = texel(view, 9);
   vec2 pixel;
-  if (!toPicture(view, shownInCamera, pixel)) return 0.0;
+  bool isThere = toPicture(view, toCamera(view, shown), pixel);
   vec2 inTile = (pixel - source.xy) * place.zw / source.zw;
+  at = place.xy + inTile;
   vec2 nearest = min(inTile, place.zw - inTile) - 0.5;
   float inside = min(nearest.x, nearest.y); // pixels to the usable border
-  if (inside < 0.0) return 0.0;
-  at = place.xy + inTile;
+#ifdef DEPTHS
+  vec4 centre = texel(view, 3);
   if ((int(centre.w) & BY_DEPTH) != 0) {
-    if (!(dot(faceNormal, centre.xyz - point) > 0.0)) return 0.0;
     vec3 normalInCamera = vec3(dot(texel(view, 0).xyz, faceNormal), dot(texel(view, 1).xyz, faceNormal),
                                dot(texel(view, 2).xyz, faceNormal));
-    if (hidden(view, inCamera, normalInCamera)) return 0.0;
+    bool faces = dot(faceNormal, centre.xyz - point) > 0.0;
+    isThere = isThere && faces && !hidden(view, toCamera(view, point), normalInCamera);
   }
+#endif
 #ifdef PAPER
-  return 1.0;
+  return isThere && inside >= 0.0 ? 1.0 : 0.0;
 #else
-  return min(1.0, inside / 8.0);
+  return isThere ? clamp(inside / 8.0, 0.0, 1.0) : 0.0;
 #endif
 }
 
@@ -222,78 +255,77 @@ float apartness(vec3 ray, vec3 towardsEye) {
   return apart * apart;
 }
 
-// Whether a view may be used at the point, before its picture is looked at. seen: seenByVisibilityWeights.
-bool isCandidate(int view, vec3 point, vec3 normal, uvec2 seen) {
-  vec4 centre = texel(view, 3);
-  vec3 ray = centre.xyz - point;
-  float facing = dot(normal, ray), least = threshold * length(ray);
-#ifdef PAPER
-  bool faces = facing >= least && facing > 0.0;
-#else
-  bool faces = facing > least;
-#endif
+// The most that a view can weigh at a point: without looking at its picture, which can only take from it. 0: it is not used
+// there. centre: texel 3 of the view; visibility: its visibility weight. facing: the limit without the angle to the viewer.
+float limitOf(vec4 centre, vec3 point, vec3 normal, vec3 towardsEye, float visibility, out float facing) {
+  vec3 away = centre.xyz - point;
+  vec3 ray = away * inversesqrt(dot(away, away));
   int flags = int(centre.w);
-  bool hides = (flags & BY_WEIGHTS) != 0 && ((view < 32 ? seen.x >> uint(view) : seen.y >> uint(view - 32)) & 1u) == 0u;
-  return faces && (flags & OFF) == 0 && !hides;
-}
-
-// The weight of a candidate, without what its visibility weight and its picture take from it.
-float weightOf(int view, vec3 point, vec3 normal, vec3 towardsEye) {
-  vec3 ray = normalize(texel(view, 3).xyz - point);
-  float facing = dot(normal, ray);
+  float cosine = dot(normal, ray);
+#ifdef PAPER
+  facing = cosine >= threshold ? max(0.0, cosine) : 0.0;
+#else
+  facing = max(0.0, (cosine - threshold) / (1.0 - threshold));
+#endif
+#if WEIGHT_TEXELS > 0
+  // A weight of one half is 127.5 of 255.
+#ifdef PAPER
+  float sees = step(0.5, visibility);
+#else
+  float sees = max(0.0, 2.0 * visibility - 1.0);
+#endif
+  facing *= (flags & BY_WEIGHTS) == 0 ? 1.0 : sees;
+#endif
+  facing *= (flags & OFF) == 0 ? 1.0 : 0.0;
 #ifdef PAPER
   return facing;
 #else
-  return (facing - threshold) / (1.0 - threshold) / apartness(ray, towardsEye);
+  return facing / apartness(ray, towardsEye);
 #endif
+}
+
+// limitOf all views, 0 for those that do not exist.
+void limitsAt(vec3 point, vec3 normal, vec3 towardsEye, out vec4 limits[VIEW_BLOCKS], out vec4 facings[VIEW_BLOCKS]) {
+${everyBlock(limitsOfBlock)}
 }
 
 // The best views by descending weight: their numbers, weights, and where they show the point. chosen is -1 after the last.
 // Returns the share of their colour where the surface has a colour of its own.
 float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT], out float weights[KEPT],
                   out vec2 places[KEPT]) {
-  for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
-  vec3 towardsEye = normalize(eye - point);
+  float numbers[KEPT], certain[KEPT];
+  for (int i = 0; i < KEPT; i++) numbers[i] = -1.0, weights[i] = certain[i] = 0.0, places[i] = vec2(0.0);
   vec3 shown = shownPlace(point, normal);
-  uvec2 seen = seenByVisibilityWeights();
-  // Software rasterisers execute both sides of branches and skip only loop iterations: first find the candidates.
-  uvec2 candidates = uvec2(0u);
-  for (int view = 0; view < viewCount; view++) {
-    uint bit = isCandidate(view, point, normal, seen) ? 1u << uint(view & 31) : 0u;
-    candidates |= view < 32 ? uvec2(bit, 0u) : uvec2(0u, bit);
-  }
-  while ((candidates.x | candidates.y) != 0u) {
-    uint bits = candidates.x != 0u ? candidates.x : candidates.y;
-    uint lowest = bits & (~bits + 1u);
-    int view = int(log2(float(lowest)) + 0.5) + (candidates.x != 0u ? 0 : 32);
-    candidates ^= candidates.x != 0u ? uvec2(lowest, 0u) : uvec2(0u, lowest);
-    float weight = weightOf(view, point, normal, towardsEye);
-    // Of equal weights the first one wins.
-    if (!(weight > weights[KEPT - 1])) continue;
+  vec4 limits[VIEW_BLOCKS], facings[VIEW_BLOCKS];
+  limitsAt(point, normal, normalize(eye - point), limits, facings);
+  // By descending limit, until no other view can be kept. Of equal weights the first one wins.
+  float limit, facing, view;
+  bool more;
+${takeNext}
+  while (view >= 0.0) {
     vec2 at;
-    weight *= visibilityFactor(view) * shows(view, point, shown, faceNormal, at);
-    if (!(weight > weights[KEPT - 1])) continue;
-    int i = KEPT - 1;
-    for (; i > 0 && weight > weights[i - 1]; i--)
-      chosen[i] = chosen[i - 1], weights[i] = weights[i - 1], places[i] = places[i - 1];
-    chosen[i] = view, weights[i] = weight, places[i] = at;
+    float showing = shows(int(view), point, shown, faceNormal, at);
+    float weight = limit * showing, certainty = facing * showing;
+${insert}
+${takeNext}
   }
+  for (int i = 0; i < KEPT; i++) chosen[i] = int(numbers[i]);
 #ifdef PAPER
   return 1.0;
 #else
   float next = weights[BEST] * ${FADE};
   float sum = 0.0, certainty = 0.0;
   for (int i = 0; i < BEST; i++) {
-    float own = weights[i];
-    weights[i] = max(0.0, own - next);
-#ifdef COLOURS
-    if (!(weights[i] > 0.0)) break;
+    weights[i] = max(0.0, weights[i] - next);
     sum += weights[i];
-    certainty += weights[i] * own * apartness(normalize(texel(chosen[i], 3).xyz - point), towardsEye);
-#endif
+    certainty += weights[i] * certain[i];
   }
   weights[BEST] = 0.0;
+#ifdef COLOURS
   return sum > 0.0 ? min(1.0, 10.0 * certainty / sum) : 1.0;
+#else
+  return 1.0;
+#endif
 #endif
 }
 
@@ -347,7 +379,6 @@ vec3 surfaceColour(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
   float sum = 0.0;
   vec3 colour = vec3(0.0);
   for (int i = 0; i < BEST; i++) {
-    if (weights[i] == 0.0) break;
     sum += weights[i];
     colour += weights[i] * viewColour(chosen[i], point, places[i]);
   }
