@@ -102,6 +102,41 @@ def grid(columns, rows, size=10):
     return Shape(positions, faces)
 
 
+def torus(segments, sides, radius=400):
+    """A ring, which has a handle."""
+    positions, faces = [], []
+    for i in range(segments):
+        for k in range(sides):
+            around, angle = 2 * math.pi * i / segments, 2 * math.pi * k / sides
+            out = radius * (3 + math.cos(angle))
+            positions.append(
+                tuple(map(round, (out * math.cos(around), out * math.sin(around), radius * math.sin(angle))))
+            )
+            a, b = i * sides + k, i * sides + (k + 1) % sides
+            c, d = ((corner + sides) % (segments * sides) for corner in (a, b))
+            faces += [(a, c, d), (a, d, b)]
+    return Shape(positions, faces)
+
+
+def holed(columns, rows, every):
+    """A sheet from which some faces are missing, so that it has more than one border."""
+    sheet = grid(columns, rows)
+    faces = [face for i, face in enumerate(sheet.faces) if (i * i + 3 * i) % every]
+    used = sorted({vertex for face in faces for vertex in face})
+    number = {vertex: i for i, vertex in enumerate(used)}
+    faces = [tuple(number[vertex] for vertex in face) for face in faces]
+    return Shape([sheet.positions[vertex] for vertex in used], faces)
+
+
+def together(*shapes):
+    """Shapes beside each other, in one mesh."""
+    positions, faces = [], []
+    for i, shape in enumerate(shapes):
+        faces += [tuple(vertex + len(positions) for vertex in face) for face in shape.faces]
+        positions += shape.moved(z=2000 * i).positions
+    return Shape(positions, faces)
+
+
 def strip(triangles):
     """Triangles that share no vertex."""
     positions = [(20 * i + x, y, i % 7) for i in range(triangles) for x, y in ((0, 0), (10, 0), (0, 10))]

@@ -9,7 +9,7 @@
 
 struct DracoOptions {
   bool sequential = false;
-  bool compressed_indices = true;   // of sequential
+  bool compressed_indices = false;  // of sequential; clause 3 of spec/draco.md forbids it
   bool floats = false;              // positions as float32
   bool normals = false;             // a further attribute
   bool single_connectivity = true;  // false: texture coordinates with seams of their own

@@ -63,6 +63,15 @@ def draco():
         shape("grid_both_sequential", both, 7, sequential=True),
         shape("strip", meshes.strip(12), 5),
         shape("corner", meshes.CORNER, 5),
+        shape("torus", meshes.torus(9, 6), 5),
+        *[shape(f"torus_speed_{speed}", meshes.torus(36, 14), speed) for speed in (0, 4)],
+        shape("holed", meshes.holed(14, 12, 11), 5),
+        shape("holed_valence", meshes.holed(28, 26, 11), 1),
+        shape(
+            "pieces",
+            meshes.together(meshes.torus(8, 5), meshes.TRIANGLE, meshes.holed(8, 7, 7), meshes.torus(6, 4)),
+            5,
+        ),
         # Not as clause 8.4 has them.
         shape("bad_float", meshes.TETRAHEDRON, 5, floats=True),
         shape("bad_beyond", meshes.BEYOND_CORNER, 5),

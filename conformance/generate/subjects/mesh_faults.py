@@ -2,11 +2,11 @@
 
 import struct
 
-from .. import media, meshes
+from .. import draco_writer, media, meshes
 from ..case import faulty
 from ..packing import pack, patched
 from ..recipes import between, in_group
-from .mesh_whole import draco_payload
+from .mesh_whole import by_hand, draco_payload
 
 GRID = meshes.grid(5, 4)
 RAW = meshes.raw(meshes.TETRAHEDRON)
@@ -319,6 +319,54 @@ def draco():
     )
 
 
+def draco_by_hand():
+    """Bitstreams that a decoder of all of Draco reads, and some that it does not."""
+    grid = meshes.grid(9, 7)
+
+    def broken(case, title, issue=3009, **options):
+        mesh(f"draco_sequential_{case}", title, "8.4", by_hand(grid, **options), issue)
+
+    broken(
+        "differences", "The corners are coded as differences (way 0).", way=draco_writer.DIFFERENCES, width=9
+    )
+    broken("way_2", "The corners are coded in the way 2.", way=2, width=9)
+    broken("no_prediction", "The positions have no prediction (-2).", prediction=-2, size=2)
+    broken(
+        "parallelogram", "The sequential method has the prediction parallelogram (1).", prediction=1, width=9
+    )
+    broken("transform", "The transform is 0.", transform=0, width=9)
+    broken("range", "The largest value is below the least.", size=2, least=5, most=4)
+    broken("coding", "The positions are coded in way 0, not as integers.", 3010, coding=0, width=9)
+    good = draco_writer.values(grid.positions, width=9)
+    at = good.index(b"\1\1\x09")  # coded, raw, width
+
+    def changed(case, title, bytes_, offset=at):
+        broken(case, title, positions=good[:offset] + bytes_ + good[offset + len(bytes_) :])
+
+    changed("coded_2", "The numbers are coded in way 2.", b"\2")
+    changed("scheme", "The symbols have the scheme 2.", b"\2", at + 1)
+    changed("alphabet_0", "The alphabet has no bits.", b"\0", at + 2)
+    changed("alphabet_19", "The alphabet has 19 bits.", b"\x13", at + 2)
+    changed(
+        "precision",
+        "The probabilities add up to less than the precision of the declared bits.",
+        b"\x0a",
+        at + 2,
+    )
+    for size in (0, 5):
+        plain = draco_writer.values(grid.positions, size=4)
+        broken(
+            f"size_{size}",
+            f"The numbers have {size} bytes each.",
+            positions=plain[:3] + bytes([size]) + plain[4:],
+        )
+    points, faces = len(grid.positions), len(grid.faces)
+    long_form = bytes([faces | 128, 0, points])
+    broken("long_number", "The number of faces is not in its shortest form.", counts=long_form, width=9)
+    wrong = grid._replace(faces=[(0, 1, points), *grid.faces[1:]])
+    mesh("draco_sequential_corner", "A corner is no vertex.", "8.3 8.4", by_hand(wrong, width=9), 3005)
+
+
 def _alone_payload(s, payload, issue):
     s.begin(2, 3)
     s.chunk("MESH", payload, 1, 2, True, fault=issue)
@@ -439,4 +487,5 @@ header()
 raw()
 attributes()
 draco()
+draco_by_hand()
 fast()

@@ -1,6 +1,6 @@
 """Whole meshes of every profile: clause 8."""
 
-from .. import media, meshes, payloads
+from .. import draco_writer, media, meshes, payloads
 from ..case import valid
 from ..motion import Motion
 from ..packing import pack
@@ -152,6 +152,11 @@ def draco_payload(name, texture_bits=0, normal_bits=0, data=None, **fields):
     return pack("MESH payload", **values | fields) + (stored if data is None else data)
 
 
+def by_hand(shape, data=None, **options):
+    """A payload of the Draco profile by draco_writer."""
+    return shape.header(meshes.DRACO) + (draco_writer.sequential(shape, **options) if data is None else data)
+
+
 def draco_profile():
     for name, title, bits in (
         ("tetrahedron", "The smallest closed mesh.", ()),
@@ -172,12 +177,42 @@ def draco_profile():
         ("grid_both_sequential", "Texture coordinates and normals by the sequential method.", (12, 10)),
         ("strip", "Triangles that share no vertex.", ()),
         ("corner", "A position at the end of the lattice.", ()),
+        ("torus", "A handle, whose splits need events on the right.", ()),
+        ("torus_speed_0", "A handle by the valence traversal, in the order of prediction degree.", ()),
+        ("torus_speed_4", "A handle by the valence traversal.", ()),
+        ("holed", "Many borders, whose splits need events on both sides.", ()),
+        ("holed_valence", "Many borders by the valence traversal.", ()),
+        ("pieces", "Several parts with borders and handles.", ()),
     ):
         valid(
             f"mesh_draco_{name}",
             f"Draco: {title[0].lower()}{title[1:]}",
             "8.4",
             lambda name=name, bits=bits: stream([(draco_payload(name, *bits), True)]),
+        )
+    shape = meshes.with_normals(meshes.textured(meshes.grid(9, 7), 12), 10)
+    far = meshes.with_normals(meshes.textured(meshes.FAR, 14), 9)
+    many = meshes.grid(20, 15)
+    for name, title, mesh, options in (
+        ("numbers_2", "Numbers of two bytes without entropy coding.", shape, {"size": 2}),
+        ("numbers_3", "Numbers of three bytes without entropy coding.", shape, {"size": 3}),
+        (
+            "numbers_4",
+            "Numbers of four bytes without entropy coding, positions at the ends of the lattice.",
+            far,
+            {"size": 4},
+        ),
+        ("tags", "Tags, positions at the ends of the lattice.", far, {}),
+        ("alphabet_1", "Alphabets that are declared to have one bit.", shape, {"width": 1}),
+        ("alphabet_13", "Alphabets of 13 bits.", shape, {"width": 13}),
+        ("alphabet_18", "Alphabets of 18 bits.", shape, {"width": 18}),
+        ("corners_u16", "Corners of 16 bits.", many, {"width": 9}),
+    ):
+        valid(
+            f"mesh_draco_sequential_{name}",
+            f"Draco: sequential method. {title}",
+            "8.4",
+            lambda mesh=mesh, options=options: stream([(by_hand(mesh, **options), True)]),
         )
     valid(
         "mesh_profiles_mixed",

@@ -1,9 +1,7 @@
-"""Meshes in the Draco profile: clause 8.4 of spec/fvv.md, from the Draco Bitstream Specification.
+"""Meshes in the Draco profile: spec/draco.md, and the density bound of clause 8.4 of spec/fvv.md.
 
-Connectivity is in draco_edgebreaker.py, entropy coding in draco_symbols.py; here are header, order of vertices, predictions.
+Here are clauses 1, 3 and 5 to 7 of spec/draco.md; entropy coding is in draco_symbols.py, edgebreaker in draco_edgebreaker.py.
 """
-
-import numpy
 
 from ..container import demand, unzigzag
 from .draco_edgebreaker import NONE, Edgebreaker, following, preceding
@@ -11,36 +9,23 @@ from .draco_symbols import ISSUE, BinaryDecoder, Buffer, symbols
 
 SEQUENTIAL, EDGEBREAKER = 0, 1
 POSITION, NORMAL, TEX_COORD, INT32, INTEGERS = 0, 1, 3, 5, 1
-NO_PREDICTION, DIFFERENCE, PARALLELOGRAM, MULTI_PARALLELOGRAM = -2, 0, 1, 4
+DIFFERENCE, PARALLELOGRAM, MULTI_PARALLELOGRAM = 0, 1, 4
 WRAP = 1
 MOST_PARALLELOGRAMS = 4
 
 
 class Sequential:
-    """Connectivity of method 0: corners are listed."""
+    """Connectivity of method 0: corners are listed, in numbers whose size depends on the points."""
 
     def __init__(self, buffer, header):
         faces, points = buffer.number(), buffer.number()
         demand((points, faces) == (header.vertices, header.faces), 3008, f"{points} points, {faces} faces")
         way = buffer.u8()
-        demand(way < 2, ISSUE, f"corners in way {way}")
-        self.indices = self._plain(buffer, points, faces) if way else self._differences(buffer, faces)
-
-    def _differences(self, buffer, faces):
-        out, last = [], 0
-        for symbol in symbols(buffer, 3 * faces, 1):
-            last += -(symbol >> 1) if symbol & 1 else symbol >> 1
-            demand(0 <= last < 1 << 32, ISSUE, "a corner")
-            out.append(last)
-        return out
-
-    def _plain(self, buffer, points, faces):
-        if points < 1 << 8:
-            return list(buffer.take(3 * faces))
+        demand(way == 1, ISSUE, f"corners in way {way}")
         if 1 << 16 <= points < 1 << 21:
-            return [buffer.number() for _ in range(3 * faces)]
-        size = 2 if points < 1 << 16 else 4
-        return numpy.frombuffer(buffer.take(3 * size * faces), f"<u{size}").tolist()
+            self.indices = [buffer.number() for _ in range(3 * faces)]
+            return
+        self.indices = buffer.rows(1 if points < 1 << 8 else 2 if points < 1 << 16 else 4, 3 * faces)
 
 
 class Order:
@@ -148,6 +133,11 @@ class Order:
         return 1 if self.degree[vertex] > 1 else 2
 
 
+def signed(value):
+    """The integer of 32 bits that is equal modulo 2^32."""
+    return (value + 2**31) % 2**32 - 2**31
+
+
 class Wrap:
     """Corrections modulo the range of the values."""
 
@@ -157,8 +147,7 @@ class Wrap:
         demand(0 < self.span < 1 << 31, ISSUE, "range of the values")
 
     def value(self, predicted, correction):
-        value = min(max(predicted, self.least), self.most) + correction
-        value = (value + 2**31) % 2**32 - 2**31
+        value = signed(min(max(predicted, self.least), self.most) + correction)
         if value > self.most:
             return value - self.span
         return value + self.span if value < self.least else value
@@ -170,18 +159,14 @@ class Attribute:
     def __init__(self, buffer, components, count, order):
         self.width, self.order, self.rows = components, order, []
         method = buffer.i8()
-        allowed = (NO_PREDICTION, DIFFERENCE) + ((PARALLELOGRAM, MULTI_PARALLELOGRAM) if order else ())
+        allowed = (DIFFERENCE, PARALLELOGRAM, MULTI_PARALLELOGRAM) if order else (DIFFERENCE,)
         demand(method in allowed, ISSUE, f"prediction {method}")
-        if method != NO_PREDICTION:
-            demand(buffer.i8() == WRAP, ISSUE, "a transform other than wrap")
+        demand(buffer.i8() == WRAP, ISSUE, "a transform other than wrap")
         numbers = [unzigzag(number) for number in self._numbers(buffer, components * count)]
         corrections = [numbers[i : i + components] for i in range(0, len(numbers), components)]
         if method == MULTI_PARALLELOGRAM:
             self.creases = [self._creases(buffer, 3 * len(order.visited)) for _ in range(MOST_PARALLELOGRAMS)]
             self.used = [0] * MOST_PARALLELOGRAMS
-        if method == NO_PREDICTION:
-            self.rows = corrections
-            return
         wrap = Wrap(buffer)
         predict = {DIFFERENCE: self._last, PARALLELOGRAM: self._one, MULTI_PARALLELOGRAM: self._several}[
             method
@@ -191,12 +176,13 @@ class Attribute:
             self.rows.append([wrap.value(p, c) for p, c in zip(predicted, correction)])
 
     def _numbers(self, buffer, count):
-        if buffer.u8():
+        coded = buffer.u8()
+        demand(coded < 2, ISSUE, f"numbers in way {coded}")
+        if coded:
             return symbols(buffer, count, self.width)
         size = buffer.u8()
         demand(1 <= size <= 4, ISSUE, f"numbers of {size} bytes")
-        data = buffer.take(size * count)
-        return [int.from_bytes(data[i : i + size], "little") for i in range(0, len(data), size)]
+        return buffer.rows(size, count)
 
     def _creases(self, buffer, corners):
         count = buffer.number()
@@ -219,7 +205,7 @@ class Attribute:
         far, after, before = (known[table.vertex[c]] for c in corners)
         if max(far, after, before) >= entry:
             return None
-        return [a + b - f for a, b, f in zip(self.rows[after], self.rows[before], self.rows[far])]
+        return [signed(a + b - f) for a, b, f in zip(self.rows[after], self.rows[before], self.rows[far])]
 
     def _one(self, entry):
         return self._parallelogram(entry, self.order.corners[entry]) or self.rows[-1]
@@ -240,7 +226,7 @@ class Attribute:
             self.used[flags] += 1
         if not smooth:
             return self.rows[-1]
-        sums = [(sum(column) + 2**31) % 2**32 - 2**31 for column in zip(*smooth)]
+        sums = [signed(sum(column)) for column in zip(*smooth)]
         return [abs(s) // len(smooth) * (1 if s >= 0 else -1) for s in sums]
 
     def _around(self, first):
@@ -280,7 +266,7 @@ def check_attributes(buffer, header, edgebreaker):
 
 
 def decode(data, header):
-    """The attributes of a bitstream, as arrays with a row for each vertex, and its faces."""
+    """The attributes of a bitstream, each a list with a row for each vertex, and its faces, as a list of corners."""
     demand(max(header.vertices, header.faces) <= 16 * len(data), 3012, f"{len(data)} bytes")
     demand(len(data) >= 11 and data[:7] == b"DRACO\2\2" and data[7] == 1, 3007, "header")
     demand(data[8] in (SEQUENTIAL, EDGEBREAKER) and data[9:11] == b"\0\0", 3007, "method or flags")
@@ -300,6 +286,6 @@ def decode(data, header):
         rows = Attribute(buffer, width, header.vertices, order).rows
         if order:
             rows = [rows[entry] for entry in order.entry]
-        values.append(numpy.array(rows, numpy.int64))
+        values.append(rows)
     demand(buffer.left() == 0, ISSUE, f"{buffer.left()} bytes follow the bitstream")
-    return values, numpy.array(indices, numpy.int64).reshape(-1, 3)
+    return values, indices

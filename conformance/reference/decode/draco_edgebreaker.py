@@ -1,6 +1,6 @@
-"""The connectivity of Draco's edgebreaker method, traversals standard and valence: clause 8.4 of spec/fvv.md.
+"""The connectivity of Draco's edgebreaker method, traversals standard and valence: clause 4 of spec/draco.md.
 
-A corner is 3 * face + 0, 1 or 2. From the Draco Bitstream Specification.
+A corner is 3 * face + 0, 1 or 2.
 """
 
 from ..container import demand
@@ -224,8 +224,10 @@ class Edgebreaker:
         table.leftmost[before] = corner + 2
         at = first = following(b)
         lost = table.vertex[at]
+        demand(lost != kept, ISSUE, "a vertex is joined with itself")
         self.symbols.merge(kept, lost)
         table.leftmost[kept] = table.leftmost[lost]
+        self._step()  # a vertex at a border has an edge more than corners
         while at != NONE:
             self._step()
             table.vertex[at] = kept
@@ -272,6 +274,7 @@ class Edgebreaker:
             last = count - 1
             if last < number:
                 continue
+            self._step(table.at_border(last))
             for corner in list(table.around(last)):
                 self._step()
                 demand(table.vertex[corner] == last, ISSUE, "a vertex of two parts")

@@ -118,9 +118,10 @@ def fast(header, payload):
 
 
 def coded(header, payload):
-    values, faces = draco.decode(payload[16:], header)
-    pairs = [None, None]
-    rest = list(values[1:])
+    values, corners = draco.decode(payload[16:], header)
+    values = [numpy.array(rows, numpy.int64) for rows in values]
+    faces = numpy.array(corners, numpy.int64).reshape(-1, 3)
+    pairs, rest = [None, None], values[1:]
     for i, attribute in enumerate((TEXTURE, NORMALS)):
         if header.attributes & attribute:
             pairs[i] = rest.pop(0)

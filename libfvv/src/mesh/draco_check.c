@@ -14,8 +14,7 @@
 enum { SYMBOL_C, SYMBOL_S, SYMBOL_L, SYMBOL_R, SYMBOL_E, SYMBOL_COUNT };
 
 /* Each of the functions that skip or read moves the cursor to the end of its part and returns 1, or 0 when
- * the part is cut or malformed. They follow the bitstream specification of Draco 2.2,
- * https://google.github.io/draco/spec/. */
+ * the part is cut or malformed. They follow spec/draco.md. */
 
 /* Raw symbols are below 2^18 in every stream of Draco's encoder; the tags are numbers of bits, 0 to 32.
  * Draco's decoder checks neither and would hold 768 bytes for each byte of such a table. */
@@ -459,18 +458,13 @@ static outcome follow_symbols(const edgebreaker_mesh *connectivity, const fvv_al
 }
 
 /* Draco's decoder trusts what a bitstream declares: 34 bytes can make it ask for 10 GB. This walk over the
- * bitstream (version 2.2, https://google.github.io/draco/spec/) lets through only what is in proportion to
+ * bitstream (spec/draco.md) lets through only what is in proportion to
  * its bytes, and only the few coding tools that integers of vertices need: no transforms of Draco's
  * own, metadata or anything deprecated. It knows the layout and nothing of meshes; Draco itself decodes. */
 
 enum { SEQUENTIAL = 0, EDGEBREAKER = 1 };
 enum { TRAVERSAL_STANDARD = 0, TRAVERSAL_VALENCE = 2 };
-enum {
-  PREDICT_NONE = 0xfe,
-  PREDICT_DIFFERENCE = 0,
-  PREDICT_PARALLELOGRAM = 1,
-  PREDICT_MULTI_PARALLELOGRAM = 4
-};
+enum { PREDICT_DIFFERENCE = 0, PREDICT_PARALLELOGRAM = 1, PREDICT_MULTI_PARALLELOGRAM = 4 };
 enum { CREASE_CONTEXTS = 4 };
 
 /* Data type 5 is INT32, types 0, 3 and 1 are POSITION, TEX_COORD and NORMAL; no value is normalised. */
@@ -557,12 +551,14 @@ static fvv_status read_counts(walk *w) {
   return w->cursor.failed ? broken(w, "counts") : FVV_OK;
 }
 
+/* Draco's encoder writes corners as they are (way 1). Differences (way 0) are an option of its own, which
+ * clause 3 of spec/draco.md forbids. */
 static fvv_status walk_sequential(walk *w) {
   const uint64_t corners = 3 * (uint64_t)w->counts.faces;
-  const unsigned coding = take_u8(w);
-  if (coding == 0) {
-    skip_symbols(&w->cursor, corners, 1);
-  } else if (w->counts.vertices < 1u << 16) {
+  const unsigned way = take_u8(w);
+  if (!w->cursor.failed && way != 1)
+    return FAIL(w, FVV_ISSUE_DRACO_STREAM, "corners of faces in way %u, not as they are", way);
+  if (w->counts.vertices < 1u << 16) {
     skip(w, corners * (w->counts.vertices < 256 ? 1 : 2));
   } else if (w->counts.vertices < 1u << 21) {
     for (uint64_t i = 0; i < corners && !w->cursor.failed; i++) take_u32(w);
@@ -708,13 +704,13 @@ static fvv_status walk_attribute_headers(walk *w) {
 
 static fvv_status walk_prediction(walk *w, const attribute *of, unsigned *prediction) {
   *prediction = take_u8(w);
-  const int known = *prediction == PREDICT_NONE || *prediction == PREDICT_DIFFERENCE ||
+  const int known = *prediction == PREDICT_DIFFERENCE ||
                     (w->method == EDGEBREAKER &&
                      (*prediction == PREDICT_PARALLELOGRAM || *prediction == PREDICT_MULTI_PARALLELOGRAM));
   if (!w->cursor.failed && !known)
     return FAIL(w, FVV_ISSUE_DRACO_STREAM, "%s predicted by method %u, which is not one for them", of->name,
                 *prediction);
-  if (!w->cursor.failed && *prediction != PREDICT_NONE && take_u8(w) != 1) return broken(w, "prediction");
+  if (!w->cursor.failed && take_u8(w) != 1) return broken(w, "prediction");
   return w->cursor.failed ? broken(w, "prediction") : FVV_OK;
 }
 
@@ -738,7 +734,7 @@ static fvv_status walk_values(walk *w, const attribute *of) {
     if (flags > 3 * (uint64_t)w->counts.faces) return broken(w, "crease flags");
     if (flags) skip_bits(&w->cursor);
   }
-  if (prediction != PREDICT_NONE) skip(w, 8); /* least and largest value */
+  skip(w, 8); /* least and largest value */
   return w->cursor.failed ? broken(w, of->name) : FVV_OK;
 }
 
