@@ -204,6 +204,10 @@ class PlanOptions(EncodeOptions, total=False):
     frames: int | str | None
     #: Frame numbers to take: 10-19 or 10..19.
 
+    objects: str | None
+    #: Follow the pieces of the meshes over time, and send the path of each, so that readers know one from the other;
+    #: a JSON file with their names, or auto: they have none (docs/encoding/objects.md).
+
     skip_bad_frames: bool | None
     #: Leave out frames with a mesh, picture or mask that cannot be used, and name them; exit code 3. All files are
     #: read once more for it (docs/encoding/frames.md).

@@ -1,4 +1,5 @@
 // @fvv/analysis: what is where in a frame of @fvv/decoder. index.d.ts documents the types.
 
+export { ObjectPaths, objectsOf, piecesOfFrame } from "./objects.js";
 export { pick, rayThrough } from "./pick.js";
 export { SurfaceTree } from "./surface_tree.js";

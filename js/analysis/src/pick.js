@@ -2,8 +2,9 @@
 
 import { partsAt, pointsOf } from "@fvv/shading";
 
+import { objectsAt } from "./objects.js";
 import { SurfaceTree } from "./surface_tree.js";
-import { add, cross, dot, scale, subtract, unit } from "./vectors.js";
+import { add, cross, dot, originOf, scale, subtract, unit } from "./vectors.js";
 
 /** Of a ray from the surface to a camera: what is nearer than this part of the way does not hide the point. */
 const OWN_SURFACE = 1e-4;
@@ -16,8 +17,6 @@ export function treeOf(mesh) {
   if (!tree) trees.set(mesh, (tree = new SurfaceTree(pointsOf(mesh), mesh.faces)));
   return tree;
 }
-
-const originOf = ({ origin }) => origin ?? [0, 0, 0];
 
 /** The corners of a face, which count from the mesh's origin. */
 export function cornersOf(mesh, face) {
@@ -74,11 +73,8 @@ function isInPicture(camera, position) {
   return pixel !== null && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera.width && pixel[1] < camera.height;
 }
 
-/**
- * What a ray meets first, or null. ray: {origin, direction} in the coordinates of the stream. objects: an ObjectPaths, or null
- * where the stream names no objects.
- */
-export function pick(frame, { origin, direction }, objects = null) {
+/** What a ray meets first, or null. ray: {origin, direction} in the coordinates of the stream. */
+export function pick(frame, { origin, direction }) {
   const along = unit(direction);
   if (!along || ![...origin, ...direction].every(Number.isFinite))
     throw new RangeError(`pick: expected a ray of finite numbers with a direction, found ${origin} and ${direction}`);
@@ -93,6 +89,7 @@ export function pick(frame, { origin, direction }, objects = null) {
   const local = corners.map((corner, k) => scale(corner, barycentric[k])).reduce(add);
   const [a, b, c] = corners;
   const normal = unit(cross(subtract(b, a), subtract(c, a)));
+  const objects = objectsAt(frame, mesh, face);
   return {
     time: frame.time,
     frame: frame.number,
@@ -102,7 +99,8 @@ export function pick(frame, { origin, direction }, objects = null) {
     face,
     barycentric,
     distance,
-    object: objects?.objectOf(frame, mesh, face) ?? null,
+    object: objects.length === 1 ? objects[0] : null,
+    touching: objects.length > 1 ? objects : [],
     camera: cameraOf(frame, { mesh, face, local, normal }, origin),
   };
 }

@@ -12,3 +12,6 @@ export function unit(a) {
   const size = length(a);
   return size > 0 ? scale(a, 1 / size) : null;
 }
+
+/** What the local positions of a mesh count from. */
+export const originOf = ({ origin }) => origin ?? [0, 0, 0];

@@ -257,6 +257,7 @@ struct Plan {
   bool warned = false; // while it was made
   CropChoice crop;
   std::optional<uint16_t> first_view; // identifier of a camera
+  std::string objects;                // of META (find_objects); empty: none
   Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent
   VisibilityChoice visibility;
   MatchChoice match;

@@ -357,6 +357,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
                             ? options.texture_bits
                             : plan.capture.atlas->texture_bits.value_or(defaults.texture_bits);
   }
+  plan.objects = find_objects(plan);
   add_rungs(plan);
   add_mesh_rungs(plan, scene, cameras);
   if (plan.capture.environment) {

@@ -262,6 +262,8 @@ void StreamWriter::write_configuration() {
       R"(,"step":)" + std::to_string(capture.frames.step) + "}" +
       (plan.first_view ? R"(,"view":{"camera":)" + std::to_string(*plan.first_view) + "}" : "") + "}";
   configure(FVV_CHUNK_METADATA, 0, {text.begin(), text.end()});
+  // A text of its own: readers of the other one need not parse it.
+  if (!plan.objects.empty()) configure(FVV_CHUNK_METADATA, 0, {plan.objects.begin(), plan.objects.end()});
 }
 
 std::vector<const VideoTrack *> StreamWriter::video_tracks() const {

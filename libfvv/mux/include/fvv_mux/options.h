@@ -145,6 +145,7 @@ struct Options {
   std::optional<Track> track; // docs/encoding/tracking.md; else the preset's, which is never or automatic
   Normals normals = Normals::automatic;
   std::optional<Winding> winding; // else keep, with a warning where it is wrong
+  std::string objects; // file with names of objects that are followed, or auto; empty: none are followed
   uint32_t min_component = 0;
   uint32_t threads = 1;
   static constexpr uint64_t default_max_memory = uint64_t(4) << 30;

@@ -85,6 +85,10 @@ std::string winding_text(double turned_away, bool by_cameras);
 // down, where others do not. Nothing: there are no meshes, or no two cameras with pictures.
 std::optional<uint16_t> choose_first_view(const Plan &plan, const SampledScene &scene);
 
+// The text of META with the objects of the scene (spec/registry.md, keys of META), of all frames, with names
+// by Options::objects. Empty: that is. The plan's lattice is chosen. Throws Error.
+std::string find_objects(const Plan &plan);
+
 // The cameras that are calibrated in a frame.
 std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame);
 

@@ -347,6 +347,14 @@ std::vector<Option> mesh_options() {
           .excludes("keep-geometry")
           .excludes("triangles")
           .excludes("no-delta"),
+      Row("objects", "FILE",
+          "follow the pieces of the meshes over time, and send the path of each, so that readers know one "
+          "from "
+          "the other; a JSON file with their names, or auto: they have none (docs/encoding/objects.md)")
+          .text<&Options::objects>(
+              "str", "names.json", [](const auto &, const auto &text) { return text; },
+              [](const std::string &text) { return text; })
+          .of_capture(),
       Row("min-component", "N", "drop connected pieces with fewer faces")
           .number<&Options::min_component>(0, 1000000000),
   };

@@ -211,11 +211,11 @@ struct Fields {
   template <class A> static void of(A &a, Plan &v) {
     auto &[options, observer, capture, group_size, effort, groups, bad, has_constant_topology, tracking,
            error, lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,
-           mask_rules, outline_cameras, outline_rules, warned, crop, first_view, whole, visibility, match,
-           inset, view, colours, undistortion, environment, sounds, frame_limit] = v;
+           mask_rules, outline_cameras, outline_rules, warned, crop, first_view, objects, whole, visibility,
+           match, inset, view, colours, undistortion, environment, sounds, frame_limit] = v;
     a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, tracking, error,
       lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, outline_rules,
-      warned, crop, first_view, whole, visibility, match, inset, view, colours, environment, sounds,
+      warned, crop, first_view, objects, whole, visibility, match, inset, view, colours, environment, sounds,
       frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
@@ -357,7 +357,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 8;
+constexpr int plan_version = 9;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);
