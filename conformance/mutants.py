@@ -52,6 +52,9 @@ NAMES = {
 NAMES |= {"min": "max", "max": "min", "any": "all", "all": "any"}
 
 
+TEXTS = {}  # sources as they were in the beginning
+
+
 class Mutant(NamedTuple):
     """token: which one of its line, from 0 on. function: line at which the innermost function begins; 0: outside of all."""
 
@@ -89,9 +92,9 @@ def functions(text):
 
 
 def mutants_of(path):
-    text = path.read_text()
-    lines, spans = text.splitlines(), functions(text)
     name, depth, counts, before = str(path.relative_to(PACKAGE)), 0, {}, ""
+    text = TEXTS[name] = path.read_text()
+    lines, spans = text.splitlines(), functions(text)
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         kind = tokenize.tok_name[token.type]
         depth += {"FSTRING_START": 1, "FSTRING_END": -1}.get(kind, 0)
@@ -217,7 +220,7 @@ def load_mutated(mutant):
     def get_code(self, name):
         if self.get_filename(name) != target:
             return original(self, name)
-        return compile(mutated(mutant, pathlib.Path(target).read_text()), target, "exec")
+        return compile(mutated(mutant, TEXTS[mutant.file]), target, "exec")
 
     importlib.machinery.SourceFileLoader.get_code = get_code
 
@@ -237,7 +240,7 @@ class Process:
         self.child = os.fork()
         if not self.child:
             os.close(self.end)
-            os.nice(10)
+            os.nice(5)
             status = 1
             try:
                 with os.fdopen(there, "wb") as file:

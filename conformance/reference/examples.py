@@ -1,7 +1,11 @@
 """The worked examples of spec/fvv.md, computed by the readers in this folder; spec/generate.py writes them."""
 
 from collections import defaultdict
+from typing import NamedTuple
 
+from .decode import draco
+from .decode.draco_edgebreaker import BY_NUMBER, Edgebreaker
+from .decode.draco_symbols import Buffer
 from .mesh import Mesh
 from .mesh_delta import Levels, Sequence, Weights, predicted
 from .mesh_patched import runs
@@ -177,4 +181,66 @@ def patched():
     ]
 
 
+BITSTREAM = bytes.fromhex(
+    "445241434f02020101000000040400030000012f01011001ff000001000503000001"
+    "0101010009030110012013011003005c90c7c7c8a1059cffffff64000000"
+)
+
+
+class Counts(NamedTuple):
+    vertices: int
+    faces: int
+    attributes: int
+
+
+class Followed(Edgebreaker):
+    """Notes what each symbol does."""
+
+    def _add(self, symbol, number):
+        self.rows = [*getattr(self, "rows", []), ["CSLRE"[BY_NUMBER.index(symbol)], 3 * number]]
+        super()._add(symbol, number)
+        face = self.corners.vertex[3 * number : 3 * number + 3]
+        self.rows[-1] += [points(face), self.stack[-1]]
+
+
+def tetrahedron_by_draco():
+    header, buffer = Counts(4, 4, 0), Buffer(BITSTREAM, 11)
+    followed = Followed(buffer, header)
+    after_connectivity = buffer.at
+    components, by_degree = draco.check_attributes(buffer, header, True)
+    assert not by_degree
+    after_headers = buffer.at
+    order = draco.Order(followed.corners)
+    order.depth_first()
+    values = draco.Attribute(buffer, components[0], 4, order)
+    assert buffer.left() == 0
+    wrap = values.wrap
+    flat = followed.corners.vertex
+    faces = [tuple(flat[i : i + 3]) for i in range(0, len(flat), 3)]
+    corners = order.corners
+    rows = [
+        (e, corners[e], flat[corners[e]], *vectors([values.corrections[e], values.rows[e]]).split(" ("))
+        for e in range(4)
+    ]
+    text = BITSTREAM.hex(" ")
+    return [
+        f"A tetrahedron with the corners (100, 100, 100), (100, -100, -100), (-100, 100, -100), (-100, -100, 100), {len(BITSTREAM)} bytes:",
+        "",
+        *(f"    {at // 3:>3}    {text[at : at + 72].strip()}" for at in range(0, len(text), 72)),
+        "",
+        f"Bytes 11 to {after_connectivity - 1} are the connectivity: standard traversal, {header.vertices} points, {header.faces} faces, {followed.count} symbols, {followed.splits} splits,",
+        f"{len(followed.events)} events, a byte of symbols and the flag of one start face. Each symbol with its first corner c, V of its corners, and the active corner afterwards:",
+        "",
+        "    symbol   c   vertices   active",
+        *(f"    {symbol:<8} {c:<3} {vertices:<10} {active}" for symbol, c, vertices, active in followed.rows),
+        "",
+        f"The start face becomes {faces[-1]}; all faces are {', '.join(map(str, faces))}. Bytes {after_connectivity} to {after_headers - 1} declare one position of",
+        f"integers in the order depth first. Its values are predicted by a parallelogram, and lie between {wrap.least} and {wrap.most}:",
+        "",
+        "    entry   corner   vertex   correction           value",
+        *(f"    {e:<7} {corner:<8} {vertex:<8} {one:<20} ({other}" for e, corner, vertex, one, other in rows),
+    ]
+
+
 EXAMPLES = {"runs": patched, "levels": levels, "weights": weights, "motion": motion, "visibility": visibility}
+EXAMPLES["draco"] = tetrahedron_by_draco

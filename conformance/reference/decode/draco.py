@@ -163,17 +163,17 @@ class Attribute:
         demand(method in allowed, ISSUE, f"prediction {method}")
         demand(buffer.i8() == WRAP, ISSUE, "a transform other than wrap")
         numbers = [unzigzag(number) for number in self._numbers(buffer, components * count)]
-        corrections = [numbers[i : i + components] for i in range(0, len(numbers), components)]
+        self.corrections = [numbers[i : i + components] for i in range(0, len(numbers), components)]
         if method == MULTI_PARALLELOGRAM:
             self.creases = [self._creases(buffer, 3 * len(order.visited)) for _ in range(MOST_PARALLELOGRAMS)]
             self.used = [0] * MOST_PARALLELOGRAMS
-        wrap = Wrap(buffer)
+        self.wrap = Wrap(buffer)
         predict = {DIFFERENCE: self._last, PARALLELOGRAM: self._one, MULTI_PARALLELOGRAM: self._several}[
             method
         ]
-        for entry, correction in enumerate(corrections):
+        for entry, correction in enumerate(self.corrections):
             predicted = predict(entry) if entry else [0] * components
-            self.rows.append([wrap.value(p, c) for p, c in zip(predicted, correction)])
+            self.rows.append([self.wrap.value(p, c) for p, c in zip(predicted, correction)])
 
     def _numbers(self, buffer, count):
         coded = buffer.u8()
