@@ -46,6 +46,7 @@ async function measurePlayback(browser, served) {
     return { ...found, viewerOverPaper: Math.min(...blendMs.viewer) / Math.min(...blendMs.paper) };
   };
   const found = { depth: await rate("depth"), bits: await rate("bits") };
+  found.auto = await page.evaluate(() => window.measureAuto("/clip.fvv"));
   await page.close();
   return { ...found, firstMs: median(await overLink(browser, served, "measureFirst")) };
 }

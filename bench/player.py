@@ -39,6 +39,7 @@ def speed(clip):
         figures[f"player.fps_{name}"] = found[way]["playing"]
         figures[f"player.fps_{name}_standing"] = found[way]["still"]
     figures["player.frame_time_over_before"] = max(found[way]["viewerOverPaper"] for way in ("depth", "bits"))
+    figures["player.fps_auto"] = found["auto"]["rate"]
     counters = found["bits"]["counters"]
     figures |= {
         "player.draw_calls": counters["drawCalls"],
@@ -52,6 +53,11 @@ def speed(clip):
     fps = [figures[f"player.fps_{name}"] for name in ("depth_maps", "visibility_bits")]
     print(
         f"frames/s at 960x540 by depth maps and by bits: {fps[0]:.1f}, {fps[1]:.1f} (WHP 235: {SEED['fps']})"
+    )
+    auto = found["auto"]
+    print(
+        f"at the resolution that the player chooses: {auto['rate']:.1f}, with a surface of {auto['surfaceScale']:g} of the "
+        f"picture, and that of {auto['ratio']:g}"
     )
     print(f"first picture over 8 Mbit/s and 40 ms: {found['firstMs']:.0f} ms (WHP 235: {SEED['first']})")
     return figures

@@ -87,6 +87,39 @@ window.measureFirst = async (source) => {
   return ms;
 };
 
+/**
+ * Pictures per second of a player that plays and turns, at the resolution that it chooses: without the seconds that it needs to
+ * choose. surfaceScale: the least that it has chosen.
+ */
+window.measureAuto = async (source, settleMs = 6000, ms = 6000) => {
+  const player = new FvvPlayer();
+  player.style.cssText = "width: 960px; height: 540px";
+  document.body.append(player);
+  Object.assign(player, { src: source, muted: true, loop: true });
+  await new Promise((seen) => player.addEventListener("loadeddata", seen));
+  player.play();
+  const { eye, target } = player.getPose();
+  const begins = performance.now();
+  const turn = () => {
+    const [sine, cosine] = [Math.sin, Math.cos].map((of) => of((performance.now() - begins) / 5000));
+    const [x, , z] = eye.map((value, k) => value - target[k]);
+    if (!player.isConnected) return;
+    player.setPose({ eye: [target[0] + cosine * x - sine * z, eye[1], target[2] + sine * x + cosine * z] });
+    requestAnimationFrame(turn);
+  };
+  turn();
+  const rest = (ms) => new Promise((done) => setTimeout(done, ms));
+  await rest(settleMs);
+  const before = player.stats.drawnFrames;
+  const began = performance.now();
+  await rest(ms);
+  const rate = (1000 * (player.stats.drawnFrames - before)) / (performance.now() - began);
+  const { resolution } = player._stage;
+  const found = { rate, ratio: resolution.ratio(1, true), surfaceScale: resolution.surfaceScale(true) };
+  player.remove();
+  return found;
+};
+
 const refreshed = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
 const lumaOf = ({ data }) =>
   Float32Array.from({ length: data.length / 4 }, (_, i) => {

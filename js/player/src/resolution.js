@@ -1,8 +1,19 @@
-// How many pixels are drawn per pixel of the page: as many as the screen has, up to two, and fewer while drawing is too
-// slow.
+// How many pixels are drawn per pixel of the page: as many as the screen has, up to two. While drawing is too slow, the surface
+// is coloured at fewer pixels, and only then all of the picture has fewer.
 
 const MOST = 2;
-const STEPS = [1, 0.84, 0.7, 0.6, 0.5, 0.4];
+/** The resolution of the picture, and of the surface relative to that. */
+const STEPS = [
+  [1, 1],
+  [1, 0.84],
+  [1, 0.7],
+  [1, 0.6],
+  [1, 0.5],
+  [1, 0.4],
+  [0.75, 0.5],
+  [0.55, 0.65],
+  [0.4, 0.8],
+];
 /** Milliseconds between pictures that are too slow, and fast. */
 const SLOW = 40;
 const FAST = 21;
@@ -21,9 +32,8 @@ export class Resolution {
   /** "auto", or the most pixels for a pixel of the page. */
   pixelRatio = "auto";
 
-  /** Relative to the pixels of the screen. */
-  get scale() {
-    return this.pixelRatio === "auto" ? STEPS[this.#step] : 1;
+  #scales(moving) {
+    return moving && this.pixelRatio === "auto" ? STEPS[this.#step] : STEPS[0];
   }
 
   /** now: milliseconds of a picture of the screen. continues: another one follows immediately. */
@@ -44,9 +54,13 @@ export class Resolution {
     this.#since = 0;
   }
 
-  /** moving: during playback and movements. */
+  /** Of the picture. moving: during playback and movements. */
   ratio(devicePixelRatio, moving) {
     const ratio = Math.min(devicePixelRatio, this.pixelRatio === "auto" ? MOST : this.pixelRatio);
-    return moving ? ratio * this.scale : ratio;
+    return ratio * this.#scales(moving)[0];
+  }
+  /** Of the surface, relative to the picture. */
+  surfaceScale(moving) {
+    return this.#scales(moving)[1];
   }
 }

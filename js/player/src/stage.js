@@ -331,12 +331,15 @@ export class Stage extends EventTarget {
     const { clientWidth, clientHeight } = this.#canvas;
     const { devicePixelRatio } = this.#view;
     const finest = this.resolution.ratio(devicePixelRatio, false);
-    const ratio = moving ? this.resolution.ratio(devicePixelRatio, true) : finest;
+    const ratio = this.resolution.ratio(devicePixelRatio, moving);
+    const surfaceScale = this.resolution.surfaceScale(moving);
     const width = Math.max(1, Math.round(clientWidth * ratio));
     const height = Math.max(1, Math.round(clientHeight * ratio));
     this.#navigator.aspect = width / height;
     if (this.#renderer.released && !this.#takeContext()) return;
-    if (this.#renderer.draw(this.#navigator.view(width, height), this.#drawing())) {
+    // At full resolution the renderer knows how it is fastest.
+    const drawing = surfaceScale < 1 ? { ...this.#drawing(), surfaceScale } : this.#drawing();
+    if (this.#renderer.draw(this.#navigator.view(width, height), drawing)) {
       contexts.use(this);
       this.#drawnAt = performance.now();
       this.#owes = false;
@@ -346,7 +349,7 @@ export class Stage extends EventTarget {
       this.dispatchEvent(new Event("drawn"));
     }
     // Another picture at full resolution after a while without movement.
-    if (moving && ratio < finest) this.#settle = setTimeout(() => this.wake(), REST);
+    if (moving && (ratio < finest || surfaceScale < 1)) this.#settle = setTimeout(() => this.wake(), REST);
   }
 
   #drawing() {

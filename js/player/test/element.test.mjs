@@ -80,6 +80,7 @@ for (const name of ["chromium", "firefox"])
       await click(control("play"));
       assert.deepEqual(await events(), ["ratechange", "play", "playing", "pause"]);
       await wait(400);
+      await until(() => !window.player._stage.busy);
       const now = () =>
         ask(() => [window.player.currentTime, window.player.stats.drawnFrames, window.player.stats.contentFrames]);
       const before = await now();

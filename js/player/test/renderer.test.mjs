@@ -114,6 +114,38 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
   test("draws the same as fvvrender, by bits and by depth maps", async () =>
     assertAlike(await compareFile(session, at("studio.fvv"), { frame: 1, poses: 4, size }), ["bits", "depth"]));
 
+  test("draws the same directly as in a layer, which is the default in software", async () => {
+    const facts = await session.show(at("studio.fvv"), 1);
+    for (const pose of posesOf(3, facts, size))
+      for (const visibleBy of ["bits", "depth"]) {
+        const direct = await session.draw(pose, size, { visibleBy, surfaceScale: null });
+        const layered = await session.draw(pose, size, { visibleBy });
+        assert.ok(!direct.data.equals(layered.data), "there is one way only");
+        const { psnr, large } = distance(direct.data, layered.data, new Uint8Array(size[0] * size[1]).fill(1));
+        assert.ok(psnr > 50 && large < 1e-3, `${pose.name}: ${psnr.toFixed(1)} dB, ${large}`);
+      }
+    await assert.rejects(session.draw(posesOf(1, facts, size)[0], size, { surfaceScale: 2 }), /surfaceScale: expected/);
+  });
+
+  test("a surface of fewer pixels keeps its outline, and leaves all around it as it is", async () => {
+    const facts = await session.show(at("studio.fvv"), 1);
+    for (const pose of posesOf(3, facts, size)) {
+      const { depth } = session.reference(pose, size, "bits");
+      const surface = depth.map((z) => (Number.isFinite(z) ? 1 : 0));
+      const full = await session.draw(pose, size, { environment: true });
+      const coarse = await session.draw(pose, size, { environment: true, surfaceScale: 0.4 });
+      const around = distance(
+        coarse.data,
+        full.data,
+        surface.map((is) => 1 - is),
+      );
+      // Two rasterisers differ in pixels of the outline.
+      assert.ok(around.large < 2e-3, `${pose.name}: ${around.large} of what is around`);
+      const on = distance(coarse.data, full.data, surface);
+      assert.ok(on.psnr > 24 && on.psnr < 45, `${pose.name}: ${on.psnr.toFixed(1)} dB`);
+    }
+  });
+
   test("draws the same as fvvrender for few faces", async () =>
     assertAlike(await compareFile(session, at("few.fvv"), { poses: 2, size }), ["bits", "depth"]));
 

@@ -25,22 +25,27 @@ test("as many pixels as the screen has, up to two per pixel of the page", () => 
   assert.equal(resolution.ratio(1, true), 0.5);
 });
 
-test("fewer pixels while drawing is slow, but not for still pictures, and all of them when it is fast again", () => {
+test("fewer pixels of the surface while drawing is slow, then of all; not for still pictures, and not when it is fast again", () => {
   const resolution = new Resolution();
   let now = observe(resolution, 120, 16);
   assert.equal(resolution.ratio(1, true), 1);
-  now = observe(resolution, 40, 70, now);
-  const slow = resolution.ratio(1, true);
+  const ratios = (moving) => [resolution.ratio(1, moving), resolution.surfaceScale(moving)];
+  now = observe(resolution, 12, 70, now);
+  const slow = resolution.surfaceScale(true);
   assert.ok(slow < 0.8, `${slow}`);
-  assert.equal(resolution.ratio(1, false), 1);
+  assert.equal(resolution.ratio(1, true), 1, "walls stay sharp");
+  assert.deepEqual(ratios(false), [1, 1]);
+  now = observe(resolution, 60, 70, now);
+  assert.ok(resolution.ratio(1, true) < 0.8);
+  assert.deepEqual(ratios(false), [1, 1]);
   observe(resolution, 1200, 16, now);
-  assert.equal(resolution.ratio(1, true), 1);
+  assert.deepEqual(ratios(true), [1, 1]);
 });
 
 test("a very slow machine is detected soon; pauses have no effect", () => {
   const crawling = new Resolution();
   observe(crawling, 8, 600);
-  assert.ok(crawling.ratio(1, true) < 0.8);
+  assert.ok(crawling.surfaceScale(true) < 0.8);
   const resting = new Resolution();
   for (let i = 0; i < 50; i++) resting.observe(5000 * i, false);
   assert.equal(resting.ratio(1, true), 1);

@@ -24,6 +24,12 @@ export interface DrawOptions {
   /** Shadows of the mesh on the environment. */
   shadows?: boolean;
   environment?: boolean;
+  /**
+   * Pixels of the surface per pixel of the picture along a side, up to 1: it is coloured in a picture of that resolution, which is
+   * put into the full one; its outline and all around it have full resolution. null: it is coloured directly. Default: null, and
+   * 1 where the processor draws, because that is faster there.
+   */
+  surfaceScale?: number | null;
   /** Display values, RGBA. */
   clearColour?: [number, number, number, number];
   /** The colour above: the background changes from clearColour at the horizon to it. null: clearColour everywhere. */

@@ -85,11 +85,23 @@ const defaults = {
   grid: null,
 };
 
-/** Options with defaults; cameras as a Set. */
-function complete(given = {}) {
-  const options = { ...defaults };
+/** Whether the processor draws. */
+function isSoftware(gl) {
+  const name = gl.getParameter(gl.RENDERER);
+  // Chromium has the name in an extension, for which Firefox warns.
+  const names = name === "WebKit WebGL" ? gl.getExtension("WEBGL_debug_renderer_info") : null;
+  const renderer = names ? gl.getParameter(names.UNMASKED_RENDERER_WEBGL) : name;
+  return /swiftshader|llvmpipe|softpipe|basic render/i.test(renderer);
+}
+
+/** Options with defaults; cameras as a Set. surfaceScale: the default of the context. */
+function complete(given = {}, surfaceScale) {
+  const options = { ...defaults, surfaceScale };
   for (const [name, value] of Object.entries(given)) if (value !== undefined) options[name] = value;
   if (!(options.mode in MODES)) throw new TypeError(`mode: expected one of ${Object.keys(MODES).join(", ")}`);
+  const { surfaceScale: scale } = options;
+  if (scale !== null && !(scale > 0 && scale <= 1))
+    throw new RangeError(`surfaceScale: expected more than 0, up to 1, found ${scale}`);
   checkTexturing(options);
   options.cameras = options.cameras && new Set(options.cameras);
   return options;
@@ -121,6 +133,7 @@ export class Renderer extends EventTarget {
   static limits = Object.freeze({ views: MAX_VIEWS, best: MAX_BEST, lights: MAX_LIGHTS, shadows: MAX_SHADOWS });
 
   #canvas;
+  #surfaceScale; // null: coloured directly
   #limits;
   #gl;
   #counters = { ...noCounters, uploads: new Uploads() };
@@ -147,6 +160,7 @@ export class Renderer extends EventTarget {
       ...contextAttributes,
     });
     if (!this.#gl) throw new Error("WebGL 2 is not available");
+    this.#surfaceScale = isSoftware(this.#gl) ? 1 : null;
     for (const [type, listener] of Object.entries(this.#listeners)) canvas.addEventListener(type, listener);
     this.#loser = this.#gl.getExtension("WEBGL_lose_context");
     this.#pipeline = this.#gl.isContextLost() ? null : new Pipeline(this.#gl, this.#counters, this.#limits);
@@ -243,9 +257,13 @@ export class Renderer extends EventTarget {
     return true;
   }
 
+  #complete(options) {
+    return complete(options, this.#surfaceScale);
+  }
+
   /** Whether draw() would draw. */
   needsDraw(view, options) {
-    return this.#drawingFor(view, complete(options)) !== null;
+    return this.#drawingFor(view, this.#complete(options)) !== null;
   }
 
   #drawingFor(view, options) {
@@ -258,7 +276,7 @@ export class Renderer extends EventTarget {
 
   /** Returns whether anything was drawn. */
   draw(view, options) {
-    const drawing = this.#drawingFor(view, complete(options));
+    const drawing = this.#drawingFor(view, this.#complete(options));
     if (!drawing) return false;
     this.#last = drawing;
     this.#draw();
@@ -288,7 +306,7 @@ export class Renderer extends EventTarget {
    */
   drawViews(views, options, framebuffer = null) {
     if (this.lost) return false;
-    this.#drawAll(views, complete(options), framebuffer);
+    this.#drawAll(views, this.#complete(options), framebuffer);
     this.#changed = true; // The canvas no longer has the last picture of draw().
     return true;
   }

@@ -75,7 +75,7 @@ export class Pipeline {
     this.#overlay.prepare(overlays, content?.views ?? [], origin);
     this.#clear(view, options, framebuffer);
     const viewer = this.#viewer(view, joined(drawn, overlayBounds(overlays, origin)));
-    if (surface) surface.draw(this.#pictures, viewer, options);
+    if (surface) surface.draw(this.#pictures, viewer, options, { framebuffer, view });
     if (around) around.draw(viewer, options.shadows ? this.#shadows : { ...noShadows, texture: this.#shadows.texture });
     if (options.sky) this.#sky.draw(view, viewer.pixelToRay, options);
     this.#overlay.draw(viewer, this.#pictures);

@@ -20,7 +20,8 @@ import {
   writeViews,
 } from "@fvv/shading";
 
-import { sphereOf } from "./matrices.js";
+import { Layer, layerVisibility, placedFragment } from "./layer.js";
+import { raysOf, sphereOf } from "./matrices.js";
 import { DataTexture, Layers, MeshBuffers } from "./resources.js";
 import { normalise } from "../vectors.js";
 
@@ -51,13 +52,18 @@ void main() {
 const fragment = /* glsl */ `
 uniform vec4 atlas; // x y width height, in texels of pictures
 uniform vec2 depthRange;
+layout(location = 0) out highp vec4 outColour;
+${projection}
+${blending}
 uniform mat3 pixelToRay; // of gl_FragCoord
 in vec3 vPoint, vNormal;
 in vec2 vUv;
 in vec4 vColour;
-layout(location = 0) out highp vec4 outColour;
-${projection}
-${blending}
+
+// The front side by the winding of the face, not as the viewer sees it.
+vec3 faceNormalHere() {
+  return normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? 1.0 : -1.0);
+}
 
 // The intersection of the face with the ray through the middle of the pixel. Rasterisers round vertices to a sixteenth of a
 // pixel, and interpolated values have errors of that size.
@@ -68,6 +74,7 @@ vec3 exactPoint(vec3 faceNormal) {
   return distance(point, vPoint) < 0.1 * (length(dFdx(vPoint)) + length(dFdy(vPoint))) ? point : vPoint;
 }
 
+#if MODE < 3
 // A different colour for each camera: hues a golden section apart.
 vec3 cameraColour(int view) {
   float hue = fract(texel(view, 5).w * 0.61803399);
@@ -75,15 +82,11 @@ vec3 cameraColour(int view) {
 }
 
 #if MODE == 0
-vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
-#ifdef ATLAS
-  return atlasColour(atlas, vUv);
-#else
-  return surfaceColour(point, faceNormal, normal, vColour.rgb);
-#endif
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
+  return surfaceColour(point, faceNormal, normal, own);
 }
 #elif MODE == 1
-vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
   int chosen[KEPT];
   float weights[KEPT];
   vec2 places[KEPT];
@@ -98,7 +101,7 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
 }
 #elif MODE == 2
 // The number of cameras that show the point, from blue to yellow; dark red, without green, for none.
-vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
   int count = 0, all = 0;
   vec3 shown = shownPlace(point, normal);
   vec4 limits[VIEW_BLOCKS], facings[VIEW_BLOCKS];
@@ -111,26 +114,43 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
   float fraction = float(count) / float(max(all, 1));
   return count == 0 ? vec3(0.4, 0.0, 0.0) : mix(vec3(0.05, 0.25, 0.75), vec3(1.0, 0.9, 0.2), min(1.0, 2.0 * fraction));
 }
+#endif
 #elif MODE == 3
-vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) { return 0.5 + 0.5 * normal; }
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) { return 0.5 + 0.5 * normal; }
 #elif MODE == 4
-vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
   return vec3(mix(1.0, 0.08, clamp((vColour.w - depthRange.x) / (depthRange.y - depthRange.x), 0.0, 1.0)));
 }
 #else
-vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
   return vec3(0.10, 0.11, 0.13) * (0.5 + abs(dot(faceNormal, normalize(eye - point))));
 }
 #endif
 
+#ifdef IN_LAYER
+${layerVisibility}
+#endif
+
 void main() {
-  // The front side by the winding of the face, not as the viewer sees it.
-  vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? 1.0 : -1.0);
-  outColour = vec4(shaded(exactPoint(faceNormal), faceNormal, normalize(vNormal)), 1.0);
+  vec3 faceNormal = faceNormalHere(), point = exactPoint(faceNormal), normal = normalize(vNormal);
+#ifdef IN_LAYER
+  bool first = isFirst();
+#else
+  const bool first = true;
+#endif
+#ifdef ATLAS
+  outColour = vec4(atlasColour(atlas, vUv), 1.0);
+#else
+  // At most once: software executes both sides of branches.
+  for (int i = first ? 0 : 1; i < 1; i++) outColour = vec4(shaded(point, faceNormal, normal, vColour.rgb), 1.0);
+#endif
+  if (!first) discard;
 }
 `;
 
 const surface = { vertex, fragment };
+
+const placed = { vertex, fragment: placedFragment };
 
 /** Draws depth only, because the colours of hidden fragments would be expensive. */
 const cover = {
@@ -172,6 +192,7 @@ export class Surface {
   #views;
   #visibilityWeights;
   #depths;
+  #layer;
   #plan;
   #content = null;
   #texels = 0; // of visibility weights, per vertex
@@ -197,6 +218,7 @@ export class Surface {
       attachment: gl.COLOR_ATTACHMENT0,
       depth: gl.DEPTH_COMPONENT24,
     });
+    this.#layer = new Layer(gl);
   }
 
   get mesh() {
@@ -254,9 +276,25 @@ export class Surface {
     });
   }
 
-  /** pictures: the PictureTexture. */
-  draw(pictures, { worldToClip, pixelToRay, depthRange, eye }, options) {
+  /**
+   * pictures: the PictureTexture; target: {framebuffer, view}. The surface is coloured directly, or with options.surfaceScale in
+   * a layer.
+   */
+  draw(pictures, viewer, options, target) {
     const gl = this.#gl;
+    const wired = options.mode === "wireframe";
+    // Edges coincide with the faces, and would be drawn only in part.
+    if (wired) gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.polygonOffset(1, 1);
+    gl.enable(gl.DEPTH_TEST);
+    if (options.surfaceScale) this.#drawPlaced(pictures, viewer, options, target);
+    else this.#drawDirectly(this.#shading(pictures, viewer, options));
+    gl.disable(gl.POLYGON_OFFSET_FILL);
+    if (wired) this.#drawWires({ worldToClip: viewer.worldToClip });
+  }
+
+  /** What colours the surface for a viewer: uniforms, textures and defines of the shaders. */
+  #shading(pictures, { worldToClip, pixelToRay, depthRange, eye }, options) {
     const { views, atlas, frame, bounds, nearPlane } = this.#content;
     const { best, blend, ...texturing } = texturingOf(frame.configuration, options);
     const pixelAngle = Math.hypot(...pixelToRay.subarray(0, 3));
@@ -284,27 +322,77 @@ export class Surface {
     };
     const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best, ...definesOf(views) };
     if (blend === "paper") defines.PAPER = 1;
-    if (atlas) defines.ATLAS = 1;
+    if (atlas && options.mode === "textured") defines.ATLAS = 1;
     if (far) defines.LEVELS = 1;
     if (texturing.inset) defines.INSET = 1;
     // An explicit colour overrides those of the stream.
     if (this.#content.mesh.colours && (options.unseen ?? null) === null) defines.COLOURS = 1;
-    const wired = options.mode === "wireframe";
-    // Edges coincide with the faces, and would be drawn only in part.
-    if (wired) gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(1, 1);
-    gl.enable(gl.DEPTH_TEST);
+    return { uniforms, textures, defines };
+  }
+
+  /** Depth first, because colours of hidden fragments are expensive. */
+  #drawDirectly(shading) {
+    const gl = this.#gl;
     gl.depthFunc(gl.LESS);
     gl.colorMask(false, false, false, false);
-    this.#programs.get(cover, { WEIGHT_TEXELS: 0 }).use(uniforms);
+    this.#programs.get(cover, { WEIGHT_TEXELS: 0 }).use(shading.uniforms);
     this.#draw();
     gl.colorMask(true, true, true, true);
     gl.depthFunc(gl.LEQUAL);
+    this.#colour(shading);
+  }
+
+  #drawPlaced(pictures, viewer, options, { framebuffer, view }) {
+    const gl = this.#gl;
+    const layer = this.#layer;
+    const size = [view.width, view.height].map((pixels) => Math.max(1, Math.round(options.surfaceScale * pixels)));
+    const layerScale = [size[0] / view.width, size[1] / view.height];
+    layer.resize(...size);
+    const scaled = { ...view, x: 0, y: 0, width: size[0], height: size[1] };
+    for (const [focal, centre, i] of [
+      ["fx", "cx", 0],
+      ["fy", "cy", 1],
+    ]) {
+      scaled[focal] *= layerScale[i];
+      scaled[centre] *= layerScale[i];
+    }
+    this.#colourLayer(this.#shading(pictures, { ...viewer, pixelToRay: raysOf(scaled) }, options));
+    const { x = 0, y = 0, width, height } = view;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.viewport(x, y, width, height);
+    gl.depthFunc(gl.LESS);
+    const { worldToClip } = viewer;
+    const defines = { WEIGHT_TEXELS: 0, ...(options.surfaceScale < 1 && { SCALED: 1 }) };
+    this.#programs
+      .get(placed, defines)
+      .use(
+        { worldToClip, layerScale, layerSize: size, corner: [x, y] },
+        { layerColours: layer.colours, layerDepths: layer.depths },
+      );
+    this.#draw();
+  }
+
+  #colourLayer({ uniforms, textures, defines }) {
+    const gl = this.#gl;
+    const layer = this.#layer;
+    layer.drawDepths();
+    gl.depthFunc(gl.LESS);
+    this.#programs.get(cover, { WEIGHT_TEXELS: 0 }).use(uniforms);
+    this.#draw();
+    layer.drawColours();
+    gl.disable(gl.DEPTH_TEST);
+    this.#colour({
+      uniforms,
+      textures: { ...textures, layerDepths: layer.depths },
+      defines: { ...defines, IN_LAYER: 1 },
+    });
+    gl.enable(gl.DEPTH_TEST);
+  }
+
+  #colour({ uniforms, textures, defines }) {
     const program = this.#programs.get(surface, defines).use(uniforms, textures);
     this.#counters.samplers = program.samplers;
     this.#draw();
-    gl.disable(gl.POLYGON_OFFSET_FILL);
-    if (wired) this.#drawWires(uniforms);
   }
 
   #draw() {
@@ -323,5 +411,6 @@ export class Surface {
     this.#views.close();
     this.#visibilityWeights.close();
     this.#depths.close();
+    this.#layer.close();
   }
 }

@@ -116,6 +116,9 @@ const unrolled = (count, text) => Array.from({ length: count }, (_, i) => text(i
 /** text(block), for each block of four views that there is. */
 const everyBlock = (text) => unrolled(MOST_BLOCKS, (i) => `#if VIEW_BLOCKS > ${i}\n${text(i)}\n#endif`);
 
+const everyKept = (text) => unrolled(MAX_BEST + 1, (i) => `#if KEPT > ${i}\n${text(i)}\n#endif`);
+const everyBest = (text) => unrolled(MAX_BEST, (i) => `#if BEST > ${i}\n${text(i)}\n#endif`);
+
 /** The limits of four views. */
 const limitsOfBlock = (block) => /* glsl */ `
   {
@@ -294,7 +297,7 @@ ${everyBlock(limitsOfBlock)}
 float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT], out float weights[KEPT],
                   out vec2 places[KEPT]) {
   float numbers[KEPT], certain[KEPT];
-  for (int i = 0; i < KEPT; i++) numbers[i] = -1.0, weights[i] = certain[i] = 0.0, places[i] = vec2(0.0);
+${everyKept((i) => `  numbers[${i}] = -1.0, weights[${i}] = certain[${i}] = 0.0, places[${i}] = vec2(0.0);`)}
   vec3 shown = shownPlace(point, normal);
   vec4 limits[VIEW_BLOCKS], facings[VIEW_BLOCKS];
   limitsAt(point, normal, normalize(eye - point), limits, facings);
@@ -309,17 +312,17 @@ ${takeNext}
 ${insert}
 ${takeNext}
   }
-  for (int i = 0; i < KEPT; i++) chosen[i] = int(numbers[i]);
+${everyKept((i) => `  chosen[${i}] = int(numbers[${i}]);`)}
 #ifdef PAPER
   return 1.0;
 #else
   float next = weights[BEST] * ${FADE};
   float sum = 0.0, certainty = 0.0;
-  for (int i = 0; i < BEST; i++) {
-    weights[i] = max(0.0, weights[i] - next);
-    sum += weights[i];
-    certainty += weights[i] * certain[i];
-  }
+${everyBest(
+  (i) => `  weights[${i}] = max(0.0, weights[${i}] - next);
+  sum += weights[${i}];
+  certainty += weights[${i}] * certain[${i}];`,
+)}
   weights[BEST] = 0.0;
 #ifdef COLOURS
   return sum > 0.0 ? min(1.0, 10.0 * certainty / sum) : 1.0;
@@ -378,10 +381,10 @@ vec3 surfaceColour(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
   float share = chooseViews(point, faceNormal, normal, chosen, weights, places);
   float sum = 0.0;
   vec3 colour = vec3(0.0);
-  for (int i = 0; i < BEST; i++) {
-    sum += weights[i];
-    colour += weights[i] * viewColour(chosen[i], point, places[i]);
-  }
+${everyBest(
+  (i) => `  sum += weights[${i}];
+  colour += weights[${i}] * viewColour(chosen[${i}], point, places[${i}]);`,
+)}
   return sum > 0.0 ? mix(own, colour / sum, share) : own;
 }
 `;
