@@ -343,6 +343,7 @@ for (const name of ["chromium", "firefox"])
       ["dark", { theme: "dark" }, 900, 640],
       ["phone", {}, 360, 640],
       ["phone-dark", { theme: "dark" }, 360, 640],
+      ["phone-across", {}, 720, 360],
     ];
     for (const [what, attributes, width, height] of looks)
       test(`accessibility: ${what}`, async () => {
@@ -379,6 +380,16 @@ for (const name of ["chromium", "firefox"])
             .map((node) => `${node.localName}.${node.className}`);
         });
         assert.deepEqual(beyond, []);
+        if (what.startsWith("phone")) {
+          const covered = await ask(() => {
+            const [bar, all] = [window.player.shadowRoot.querySelector(".bar"), window.player].map((node) => {
+              const { width, height } = node.getBoundingClientRect();
+              return width * height;
+            });
+            return bar / all;
+          });
+          assert.ok(covered > 0.02 && covered <= 0.12, `controls cover ${(100 * covered).toFixed(1)} % of the picture`);
+        }
       });
 
     test("the settings offer a download, and controlslist leaves controls out", async () => {

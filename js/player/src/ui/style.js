@@ -1,5 +1,7 @@
 // The style sheets of the player: colours, layout, controls.
 
+import { compact } from "./compact_style.js";
+
 /** Pages can override each colour: fvv-player { --fvv-accent: crimson; }. */
 const dark = `
   --ground: var(--fvv-background, #14171b);
@@ -735,61 +737,13 @@ kbd {
 }
 `;
 
-/** Narrow players: some controls are hidden. Has to come last, because it overrides other rules. */
-const narrow = `
-@media (max-width: 560px) {
-  :host {
-    aspect-ratio: 1;
-  }
-}
-@container (max-width: 760px) {
-  .row [data-wide="3"] {
-    display: none;
-  }
-}
-@container (max-width: 560px) {
-  .row [data-wide] {
-    display: none;
-  }
-  .controls {
-    padding: 8px;
-    padding-bottom: max(8px, env(safe-area-inset-bottom));
-  }
-  .bar {
-    padding: 2px;
-  }
-  .row {
-    gap: 0;
-  }
-  .time {
-    padding: 0 2px;
-    font-size: 13px;
-  }
-  .total {
-    display: none;
-  }
-  /* With a button for WebXR there is no room for steps. */
-  .row:has(:is([part~="vr"], [part~="ar"]):not([hidden])) [part~="step-back"],
-  .row:has(:is([part~="vr"], [part~="ar"]):not([hidden])) [part~="step-forward"] {
-    display: none;
-  }
-  .panels {
-    position: absolute;
-    inset: 8px;
-    z-index: 1;
-  }
-  .panel {
-    width: 100%;
-  }
-}
-`;
-
 const made = new WeakMap(); // window -> sheets
 
 /** Constructed style sheets, shared by all players of a window, as content policies may forbid inline styles. */
 export function styleSheets(view) {
   if (!made.has(view)) {
-    const sheets = [theme, layout, controls, narrow].map((text) => {
+    // Narrow and low pages override other rules.
+    const sheets = [theme, layout, controls, compact].map((text) => {
       const sheet = new view.CSSStyleSheet();
       sheet.replaceSync(text);
       return sheet;
