@@ -371,8 +371,7 @@ def main():
         killed += found is not None
         if found is None and mutant.key() not in equivalent:
             survivors.append(mutant)
-    for mutant in sorted(survivors):
-        print(mutant)
+            print(mutant, flush=True)
     named = len(result) - killed - len(survivors)
     print(f"mutants {len(result)}: {killed} killed, {named} equivalent, {len(survivors)} unexplained")
     print(f"mutants.killed_percent {100 * killed / max(1, len(result) - named):.1f}")

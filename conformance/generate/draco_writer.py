@@ -64,12 +64,16 @@ def precision(width):
     return min(max(3 * width // 2, 12), 20)
 
 
-def raw(numbers, width):
+def padded(probabilities, symbols):
+    return probabilities + [0] * max(0, symbols - len(probabilities))
+
+
+def raw(numbers, width, symbols=0):
     bits = precision(width)
-    return bytes([1, width]) + rans(numbers, shares(numbers, 1 << bits), bits)
+    return bytes([1, width]) + rans(numbers, padded(shares(numbers, 1 << bits), symbols), bits)
 
 
-def tagged(numbers, components):
+def tagged(numbers, components, symbols=0):
     rows = [numbers[i : i + components] for i in range(0, len(numbers), components)]
     tags = [max(number.bit_length() for number in row) for row in rows]
     packed = at = 0
@@ -77,11 +81,17 @@ def tagged(numbers, components):
         for number in row:
             packed |= number << at
             at += tag
-    return bytes([0]) + rans(tags, shares(tags, 1 << SMALL), SMALL) + packed.to_bytes((at + 7) // 8, "little")
+    return (
+        bytes([0])
+        + rans(tags, padded(shares(tags, 1 << SMALL), symbols), SMALL)
+        + packed.to_bytes((at + 7) // 8, "little")
+    )
 
 
-def values(rows, *, prediction=DIFFERENCE, transform=1, size=None, width=None, least=None, most=None):
-    """size: bytes of numbers without entropy coding; width: of a raw alphabet; neither: tags."""
+def values(
+    rows, *, prediction=DIFFERENCE, transform=1, size=None, width=None, least=None, most=None, symbols=0
+):
+    """size: bytes of numbers without entropy coding; width: of a raw alphabet; neither: tags. symbols: at least, of the alphabet."""
     flat = [value for row in rows for value in row]
     low = min(flat) if least is None else least
     high = max(flat) if most is None else most
@@ -94,9 +104,9 @@ def values(rows, *, prediction=DIFFERENCE, transform=1, size=None, width=None, l
     if size:
         coded = bytes([0, size]) + b"".join(number.to_bytes(size, "little") for number in numbers)
     elif width:
-        coded = b"\1" + raw(numbers, width)
+        coded = b"\1" + raw(numbers, width, symbols)
     else:
-        coded = b"\1" + tagged(numbers, len(rows[0]))
+        coded = b"\1" + tagged(numbers, len(rows[0]), symbols)
     head = struct.pack("<b", prediction)
     if prediction == NO_PREDICTION:
         return head + coded

@@ -72,6 +72,7 @@ def draco():
             meshes.together(meshes.torus(8, 5), meshes.TRIANGLE, meshes.holed(8, 7, 7), meshes.torus(6, 4)),
             5,
         ),
+        shape("hubs", meshes.holed_hubs(400), 5),
         # Not as clause 8.4 has them.
         shape("bad_float", meshes.TETRAHEDRON, 5, floats=True),
         shape("bad_beyond", meshes.BEYOND_CORNER, 5),

@@ -363,8 +363,59 @@ def draco_by_hand():
     points, faces = len(grid.positions), len(grid.faces)
     long_form = bytes([faces | 128, 0, points])
     broken("long_number", "The number of faces is not in its shortest form.", counts=long_form, width=9)
+    whole = draco_writer.uleb128(1 << 32) + bytes([points])
+    broken("number_2_32", "The number of faces is 2^32.", counts=whole, width=9)
+    broken("counts", "The bitstream declares a face more.", 3008, counts=bytes([faces + 1, points]), width=9)
+    wide = {"least": -(1 << 30), "most": (1 << 30) - 1}
+    broken("range_2_31", "The range of values is 2^31.", width=9, **wide)
+    broken("tags_34", "An alphabet of tags has 34 symbols.", symbols=34)
+    many = by_hand(meshes.grid(20, 15), width=18, symbols=(1 << 18) + 1)
+    mesh("draco_sequential_alphabet_long", "A raw alphabet has 2^18 + 1 symbols.", "8.4", many, 3009)
     wrong = grid._replace(faces=[(0, 1, points), *grid.faces[1:]])
     mesh("draco_sequential_corner", "A corner is no vertex.", "8.3 8.4", by_hand(wrong, width=9), 3005)
+
+
+def draco_connectivity():
+    """Bytes of a ring of 54 vertices and 108 faces: 107 symbols, 6 splits, 2 events."""
+    good = media.draco("torus")[2]
+    headers = good.index(b"\1\xff\0\0\1\0\5\3\0")
+
+    def changed(case, title, at, value, issue=3009):
+        data = good[:at] + bytes([value]) + good[at + 1 :]
+        mesh(f"draco_ring_{case}", title, "8.4", draco_payload("torus", data=data), issue)
+
+    assert good[11:24] == bytes([0, 54, 108, 0, 107, 6, 2, 97, 11, 5, 61, 3, 28])
+    changed("traversal", "The traversal is 1.", 11, 1)
+    changed("seams", "An attribute has seams.", 14, 1, 3010)
+    changed("symbols_more", "More symbols than faces.", 15, 109)
+    fewer = good[:13] + b"\x6b" + good[14:]
+    mesh(
+        "draco_ring_start_face",
+        "A start face after as many faces as are declared.",
+        "8.4",
+        draco_payload("torus", data=fewer, face_count=107),
+        3009,
+    )
+    changed("symbols_few", "Fewer symbols than 108 faces need at least.", 15, 80)
+    changed("splits_more", "A split more is declared than there is.", 16, 7)
+    changed("splits_fewer", "A split fewer is declared than there are.", 16, 5)
+    changed("events_symbols", "More events than symbols.", 17, 108)
+    changed("event_back", "The first event goes back beyond the first symbol.", 19, 98)
+    changed("event_source", "The second event has a source after the last symbol.", 20, 10)
+    changed("bits_more", "The symbols do not fill their bytes.", 23, 29)
+    changed("bits_fewer", "The symbols take more than their bytes.", 23, 27)
+    for offset, name, value, issue, title in (
+        (0, "decoders", 2, 3010, "Two attributes decoders."),
+        (1, "connectivity", 0, 3010, "The attributes have a connectivity of their own."),
+        (2, "per_corner", 1, 3010, "The attributes are coded for each corner."),
+        (3, "order", 2, 3009, "The values have the order 2."),
+        (4, "count", 2, 3010, "Two attributes."),
+        (5, "type", 4, 3010, "The positions have the type of generic values."),
+        (6, "data_type", 6, 3010, "The positions are UINT32."),
+        (7, "components", 2, 3010, "The positions have two components."),
+        (8, "normalised", 1, 3010, "The positions are normalised."),
+    ):
+        changed(name, title, headers + offset, value, issue)
 
 
 def _alone_payload(s, payload, issue):
@@ -488,4 +539,5 @@ raw()
 attributes()
 draco()
 draco_by_hand()
+draco_connectivity()
 fast()

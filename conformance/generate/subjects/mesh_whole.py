@@ -183,6 +183,7 @@ def draco_profile():
         ("holed", "Many borders, whose splits need events on both sides.", ()),
         ("holed_valence", "Many borders by the valence traversal.", ()),
         ("pieces", "Several parts with borders and handles.", ()),
+        ("hubs", "Joining and renumbering vertices takes 12.4 steps per face.", ()),
     ):
         valid(
             f"mesh_draco_{name}",
@@ -206,7 +207,22 @@ def draco_profile():
         ("alphabet_1", "Alphabets that are declared to have one bit.", shape, {"width": 1}),
         ("alphabet_13", "Alphabets of 13 bits.", shape, {"width": 13}),
         ("alphabet_18", "Alphabets of 18 bits.", shape, {"width": 18}),
+        (
+            "range",
+            "The largest range of values.",
+            many,
+            {"width": 9, "least": -(1 << 30), "most": (1 << 30) - 2},
+        ),
+        ("tags_33", "An alphabet of 33 tags.", shape, {"symbols": 33}),
+        (
+            "alphabet_long",
+            "An alphabet of 2^18 symbols.",
+            many,
+            {"width": 18, "symbols": 1 << 18},
+        ),
         ("corners_u16", "Corners of 16 bits.", many, {"width": 9}),
+        ("corners_256", "256 vertices: corners of 16 bits.", meshes.grid(16, 16), {"width": 9}),
+        ("corners_255", "255 vertices: corners of 8 bits.", meshes.grid(17, 15), {"width": 9}),
     ):
         valid(
             f"mesh_draco_sequential_{name}",
