@@ -134,7 +134,12 @@ class Packed(NamedTuple):
 
 
 def packed(source, *options):
-    """A stream of fvvmux with its summary, made unless the same program made it of the same capture before."""
+    """A stream of fvvmux with its summary, made unless the same program made it of the same capture before.
+
+    Without --view-loss among the options nothing is chosen by views: charts change one setting at a time.
+    """
+    if "--view-loss" not in options:
+        options = (*options, "--view-loss", "none")
     key = short(
         digest_of(program("fvvmux")), source, digest_of(pathlib.Path(source) / "capture.json"), *options
     )

@@ -77,7 +77,7 @@ def default_rows(found):
             verdict = f"[{e.name}](#{anchor(e.title)}): {row.verdict}"
             if not row.justified and row.option in chosen:
                 where = f"[choices](#{anchor(choices.EXPERIMENTS[0].title)})"
-                verdict += f". Chosen per scene with `--view-loss`: {chosen[row.option]} ({where})"
+                verdict += f". Chosen per scene by default (`--view-loss`): {chosen[row.option]} ({where})"
             elif not row.justified:
                 verdict += ". **Not justified**"
             rows.append(row._replace(verdict=verdict, justified=row.justified or row.option in chosen))

@@ -1,4 +1,4 @@
-"""What fvvmux --view-loss 0.1dB saves against the defaults, and what is lost in views from places without a camera of the stream.
+"""What fvvmux saves by its default goal, --view-loss 0.1dB, against 42 dB and 0.15 pixels, and what is lost in views from places without a camera of the stream.
 
 The sets are the clip of the paper's shape (hulls, 7 cameras at 480x270), the same scene with exact meshes by the rig small, and the first two seconds of the demo's
 game (13 cameras, scale 0.75, flat tiles). The truth is filmed by fvvsynth --rig arc, as in the charts: PSNR inside silhouettes, of
@@ -12,7 +12,7 @@ import view_quality
 from charts import experiment, views
 from muxing import DEMO_OPTIONS
 
-GOAL = "--view-loss", "0.1dB"
+GOAL = "--view-loss", "0.1dB"  # the default
 FRAMES = 50
 LOOKED_AT = 4, 14, 24, 34, 44
 PLACES = 13, 26  # degrees along the arc

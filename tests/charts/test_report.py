@@ -78,7 +78,7 @@ def judged(option, justified):
             "fvvmux --quality",
             False,
             True,
-            "Chosen per scene with `--view-loss`: 38 to 40 dB in 2 of 3 scenes",
+            "Chosen per scene by default (`--view-loss`): 38 to 40 dB in 2 of 3 scenes",
         ),
         ("fvvmux --group", False, False, "**Not justified**"),
         ("fvvmux --group", True, True, "a knee at 2"),

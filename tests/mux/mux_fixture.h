@@ -192,6 +192,7 @@ inline FileOptions options_for(const Folder &folder) {
   options.tile_fill = mux::TileFill::keep;
   options.match_colours = mux::MatchColours::off; // cameras of these captures show different things
   options.visibility = mux::Visibility::none;     // and chunks
+  options.view_loss = 0;                          // nor do they choose by views
   return options;
 }
 

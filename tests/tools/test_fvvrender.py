@@ -469,8 +469,8 @@ def test_an_inset_may_be_given_or_needs_what_it_is_found_by(rigs, tmp_path, argu
 
 
 def test_exact_meshes_have_no_inset(rigs, tmp_path):
-    """Nothing is sent then."""
-    summary = figures("fvvmux", rigs / "0", "-o", tmp_path / "a.fvv")
+    """Nothing is sent then, where no threshold is chosen either."""
+    summary = figures("fvvmux", rigs / "0", "-o", tmp_path / "a.fvv", "--view-loss", "none")
     assert summary["texture_inset"]["length"] == 0 and summary["texture_inset"]["cameras"] == CAMERAS
     assert "texturing" not in figures("fvvinfo", tmp_path / "a.fvv")["files"][0]
 

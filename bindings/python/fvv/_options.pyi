@@ -9,7 +9,8 @@ class EncodeOptions(TypedDict, total=False):
     max_error: float | str | None
     #: Error of the geometry in pixels of the transmitted pictures, at the camera that sees a place sharpest, or as a
     #: length (1mm, 0.1cm): decides the lattice step, motion and how far meshes are decimated
-    #: (docs/encoding/budget.md). Default: 0.15; without cameras 1/8192 of a mesh's diagonal, and no decimation.
+    #: (docs/encoding/budget.md). Default: by view_loss, else 0.15; without cameras 1/8192 of a mesh's diagonal, and
+    #: no decimation.
 
     step: float | str | None
     #: Step of the lattice of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the capture's units.
@@ -58,13 +59,14 @@ class EncodeOptions(TypedDict, total=False):
 
     quality: float | str | None
     #: Luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own number: JPEG 1 to 100,
-    #: CRF 1 to 51 in eighths (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has lossless alone. Default: 42dB, of exr
-    #: lossless.
+    #: CRF 1 to 51 in eighths (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has lossless alone. Default: by view_loss, else
+    #: 42dB, of exr lossless.
 
     view_loss: float | str | None
     #: Choose for the scene what is not set: the quality of pictures, max_error, and how players blend, for the
-    #: fewest bytes by which views from between cameras lose at most that against the defaults (0.1dB), with pictures
-    #: of 38 dB or more (docs/encoding/view-loss.md). Default: nothing is chosen so.
+    #: fewest bytes by which views from between cameras lose at most that against 42dB and 0.15 px (0.1dB), with
+    #: pictures of 38 dB or more; or none (docs/encoding/view-loss.md). Default: 0.1dB, unless quality, max_error or
+    #: bitrate says another goal, the preset is fast or live, or frames come one after the other.
 
     bitrate: int | str | None
     #: Bits a second for all pictures (4M, 800k) in place of a quality: every group has its share and gets the finest

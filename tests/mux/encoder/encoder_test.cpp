@@ -559,6 +559,18 @@ TEST_CASE("what views lose is measured on pushed frames") {
   }
 }
 
+TEST_CASE("pushed frames are not looked at beforehand unless an option asks for it") {
+  mux::Options options;
+  options.codec = FVV_CODEC_JPEG;
+  mux::Encoder encoder(two_cameras(), options, [](const void *, size_t) {});
+  for (int i = 0; i < 2; i++) encoder.add(frame_of(i, 4));
+  const mux::Report summary = encoder.finish();
+  REQUIRE(summary.view);
+  CHECK(!summary.view->is_measured);
+  CHECK(summary.view->reason.find("view-loss") != std::string::npos);
+  CHECK(summary.target_psnr == 42);
+}
+
 TEST_CASE("cameras that share too little surface are not matched, and the summary says so") {
   mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
   for (int i = 0; i < 4; i++) encoder.add(frame_of(i, 4));

@@ -19,7 +19,10 @@ def clips(tmp_path_factory):
 
     @functools.lru_cache(None)
     def packed(meshes, *options):
-        return figures("fvvmux", folder / meshes, "-o", folder / "o.fvv", "--force", "--verify", *options)
+        fixed = "--view-loss", "none"  # which presets choose by views is for test_view_loss.py
+        return figures(
+            "fvvmux", folder / meshes, "-o", folder / "o.fvv", "--force", "--verify", *fixed, *options
+        )
 
     packed.folder = folder
     return packed

@@ -8,7 +8,7 @@ import pytest
 from conftest import figures, run
 
 SMALL = "--rig", "small", "--cameras", 7, "--size", "192x112", "--frames", 4
-GOAL = "--view-loss", "0.1dB"
+GOAL, NONE = ("--view-loss", "0.1dB"), ("--view-loss", "none")
 
 
 @pytest.fixture(scope="module")
@@ -23,13 +23,13 @@ def captures(tmp_path_factory):
 # cameras (docs/encoding/view-loss.md); those of a hull of so few cells do not.
 @pytest.mark.parametrize("name, most, threshold", [("tracked", 0.95, 0.25), ("hull", 0.85, 0.05)])
 def test_bytes_fall_and_views_do_not(captures, name, most, threshold, tmp_path):
-    before = figures("fvvmux", captures / name, "-o", tmp_path / "a.fvv")
+    before = figures("fvvmux", captures / name, "-o", tmp_path / "a.fvv", *NONE)
     after = figures("fvvmux", captures / name, "-o", tmp_path / "b.fvv", *GOAL, "--verify")
     found = after["view_loss"]
     assert "view_loss" not in before
     assert found["measured"] and found["goal"] == 0.1
     assert found["loss"] <= 0.1
-    assert found["loss"] == pytest.approx(found["default"]["psnr"] - found["chosen"]["psnr"])
+    assert found["loss"] == pytest.approx(found["without"]["psnr"] - found["chosen"]["psnr"])
     assert found["finest"]["psnr"] > found["chosen"]["psnr"] - 0.5
     assert 38 <= found["picture_psnr"] < 42
     assert found["threshold"] == threshold
@@ -54,6 +54,29 @@ def test_what_is_chosen_is_what_options_would_set(captures, tmp_path):
     assert (tmp_path / "a.fvv").read_bytes() == (tmp_path / "b.fvv").read_bytes()
 
 
+def test_it_is_the_goal_unless_another_one_is_stated(captures, tmp_path):
+    def packed(*options):
+        out = "-o", tmp_path / "a.fvv", "--force", "--frames", "0-1"
+        found = figures("fvvmux", captures / "tracked", *out, *options)
+        return (tmp_path / "a.fvv").read_bytes(), found.get("view_loss")
+
+    usual, found = packed()
+    assert found["measured"] and found["goal"] == 0.1
+    assert packed(*GOAL)[0] == usual != packed(*NONE)[0]
+    for other in (
+        NONE,
+        ("--quality", "42dB"),
+        ("--max-error", 0.15),
+        ("--bitrate", "2M"),
+        ("--ladder", "42dB,30dB"),
+    ):
+        assert packed(*other)[1] is None
+    for preset in "fast", "live":
+        found = packed("--preset", preset)[1]
+        assert not found["measured"] and f"--preset {preset}" in found["reason"]
+    assert packed("--preset", "fast", *GOAL)[1]["measured"]
+
+
 def test_options_override_the_choice(captures, tmp_path):
     stream = ("-o", tmp_path / "a.fvv", "--force", *GOAL)
     after = figures("fvvmux", captures / "tracked", *stream, "--quality", "41dB", "--max-error", 0.25)
@@ -69,7 +92,7 @@ def test_what_cannot_be_measured_stays_and_says_why(captures, tmp_path):
         (("--bitrate", "200k"), "bit rate"),
     ):
         out = ("-o", tmp_path / "a.fvv", "--force", *options)
-        run("fvvmux", captures / "tracked", *out)
+        run("fvvmux", captures / "tracked", *out, *NONE)
         before = (tmp_path / "a.fvv").read_bytes()
         found = figures("fvvmux", captures / "tracked", *out, *GOAL)["view_loss"]
         assert not found["measured"] and reason in found["reason"]
@@ -128,7 +151,7 @@ def test_the_page_marks_what_was_chosen_among_what_was_tried(captures, tmp_path)
 
 def test_a_page_without_a_choice_has_the_bytes_alone(captures, tmp_path):
     out = "-o", tmp_path / "a.fvv", "--force", "--report", tmp_path / "a.html"
-    run("fvvmux", captures / "tracked", *out)
+    run("fvvmux", captures / "tracked", *out, *NONE)
     assert len(drawn((tmp_path / "a.html").read_text())) == 1
     run("fvvmux", captures / "tracked", *out, *GOAL, "--cameras", 0)
     text = (tmp_path / "a.html").read_text()

@@ -59,6 +59,7 @@ struct MaxError {
   Unit unit = plain;
 };
 constexpr double default_max_error = 0.15; // pixels
+constexpr double default_view_loss = 0.1;  // dB
 // Where no camera tells how large a pixel is: parts of a typical mesh's diagonal, 0.25 mm for a person.
 constexpr double default_max_error_parts = 8192;
 
@@ -123,8 +124,10 @@ struct Options {
   uint32_t codec = FVV_CODEC_AVC1;
   int bit_depth = 0; // 8, 10 or, of OpenEXR, 16; 0: the least that the codec has
   Quality quality = {true, 42, true};
-  // dB that views from between cameras may lose against the defaults; decides about quality, max_error and
-  // the blending where they are not set. docs/encoding/view-loss.md
+  // dB that views from between cameras may lose against 42 dB and default_max_error; decides about quality,
+  // max_error and the blending where they are not set. 0: nothing is chosen so. Without a value it is
+  // default_view_loss, unless quality, max_error or a bit rate is set, the preset has no time for it, or
+  // frames come one after the other. docs/encoding/view-loss.md
   std::optional<double> view_loss;
   uint64_t bit_rate = 0;        // of all video tracks, in place of quality; 0: none
   std::optional<TileSize> tile; // else scale holds

@@ -255,18 +255,18 @@ struct ViewCandidate {
   double max_error = 0, step = 0; // of meshes, as in ViewReport
   double psnr = 0;                // of pictures, dB
   double bytes = 0;               // of a group
-  double loss = 0;                // dB, against the defaults
+  double loss = 0;                // dB, against views without a choice
   bool is_measured = false;       // as a whole; else the losses of meshes and pictures are added up
 };
 
-// A way of blending that was tried. gain: dB, over that of the defaults.
+// A way of blending that was tried. gain: dB, over that of the players or of the options.
 struct BlendCandidate {
   double threshold = 0;
   uint32_t best = 0;
   double gain = 0;
 };
 
-// What a lower rung of a ladder of qualities shows. loss: dB, against the defaults of the first, with meshes
+// What a lower rung of a ladder of qualities shows. loss: dB, against the first without a choice, with meshes
 // of its own, which it may do without.
 struct RungView {
   double psnr = 0; // of pictures, dB
@@ -288,12 +288,12 @@ struct ViewReport {
   bool is_paper = false; // the blend
   double threshold = 0;  // least cosine
   uint32_t best = 0;     // cameras at a place
-  double loss = 0;       // dB, against the defaults; less than 0: views gain
-  double finest_psnr = 0, finest_ssim = 0, default_psnr = 0, held_out_psnr = 0, held_out_ssim = 0;
+  double loss = 0;       // dB, against views without a choice; less than 0: views gain
+  double finest_psnr = 0, finest_ssim = 0, psnr_without = 0, held_out_psnr = 0, held_out_ssim = 0;
   double between_psnr = 0; // half-way between cameras, against the finest; may be infinite
-  double default_bytes = 0, bytes = 0;
+  double bytes_without = 0, bytes = 0;
   std::vector<ViewCandidate>
-      candidates; // by meshes, then by rising PSNR of pictures; the defaults' meshes first
+      candidates; // by meshes, then by rising PSNR of pictures; those without a choice first
   std::vector<BlendCandidate> blends;
   std::vector<RungView> rungs; // below the first
 };

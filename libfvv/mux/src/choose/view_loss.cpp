@@ -21,7 +21,7 @@ namespace fvv::mux {
 
 namespace {
 
-constexpr size_t tried_frames = 3; // encoded for each candidate
+constexpr size_t tried_frames = 2; // encoded for each candidate
 constexpr std::array<double, 2> tried_psnr = {least_camera_psnr, 42};
 constexpr std::array<double, 3> coarser_errors = {0.175, 0.2, 0.3}; // pixels
 constexpr std::array<double, 3> finer_errors = {0.1, 0.075, 0.05};
@@ -57,6 +57,7 @@ struct Meshes {
   double max_error = 0;          // as ErrorBudget::value
   double step = 0;               // of the lattice
   double bytes = 0;              // of a group
+  bool loses = false;            // faces or the thickness of pieces, by rounding to the lattice
   std::vector<Surface> surfaces; // of each frame
 };
 
@@ -305,6 +306,8 @@ Meshes Trial::meshes(const std::optional<MaxError> &max_error, const std::option
   std::vector<size_t> bytes;
   for (size_t i = 0; i < encoded.size(); i++) {
     bytes.push_back(encoded[i].payload.size());
+    const QuantisationLoss &loss = encoded[i].loss;
+    out.loses = out.loses || loss.flat.pieces || loss.share > most_quantisation_loss;
     const fvv_mesh &mesh = decoded.next(encoded[i], i + 1 < encoded.size() && !encoded[i + 1].key);
     out.surfaces.push_back(
         {metres_of(mesh, part.lattice.lattice), {mesh.faces, mesh.faces + 3 * size_t(mesh.face_count)}});
@@ -441,8 +444,8 @@ struct TriedMeshes {
 
 // What bytes and a loss cost together: a loss as large as the goal counts as much as some bytes. As a
 // logarithm of bytes.
-double price_of(double bytes, double error, double error_by_default, double goal) {
-  return std::log(bytes) + bytes_of_goal * render::loss_db(error_by_default, error) / goal;
+double price_of(double bytes, double error, double error_without, double goal) {
+  return std::log(bytes) + bytes_of_goal * render::loss_db(error_without, error) / goal;
 }
 
 size_t camera_count(const Plan &plan) {
@@ -453,8 +456,8 @@ size_t camera_count(const Plan &plan) {
 
 // First those of the budget that holds without the choice. Then finer ones, as long as the price falls with
 // the cheapest pictures; if none does, coarser ones, as long as they lose no more than the goal. Last those
-// on a coarser lattice: of meshes that change from frame to frame each frame pays for the lattice, and spends
-// on triangles what that leaves.
+// on a coarser lattice, unless that takes faces away or makes pieces flat: of meshes that change from frame
+// to frame each frame pays for the lattice, and spends on triangles what that leaves.
 std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const Judge &judge,
                                     const PictureCurve &curve, double goal) {
   std::vector<TriedMeshes> out;
@@ -464,6 +467,7 @@ std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const 
   };
   const auto attempt = [&](const std::optional<MaxError> &error, const std::optional<double> &step = {}) {
     Meshes meshes = trial.meshes(error, step);
+    if (meshes.loses && !out.empty() && !out[0].meshes.loses) return double(INFINITY);
     const double seen = judge.held_out(&meshes, nullptr).luma_error();
     out.push_back({std::move(meshes), seen});
     return render::loss_db(out[0].error, seen);
@@ -474,7 +478,7 @@ std::vector<TriedMeshes> try_meshes(const Plan &plan, const Trial &trial, const 
       options.keep_geometry || !plan.meshes[0].decimation.on)
     return out;
   for (const double pixels : finer_errors) {
-    attempt(MaxError{pixels, MaxError::pixels});
+    if (attempt(MaxError{pixels, MaxError::pixels}) == INFINITY) break;
     if (price(out.back()) >= price(out[out.size() - 2])) break;
   }
   // Colours of vertices, which few cameras leave much to, are coarser on coarser meshes.
@@ -526,15 +530,15 @@ std::vector<Combination> combinations(const std::vector<TriedMeshes> &meshes, co
 
 // Of those that are hardly larger than the first and lose at most what is allowed against it: the lowest
 // price.
-Combination cheapest(const std::vector<Combination> &all, const Combination &by_default, double allowed,
+Combination cheapest(const std::vector<Combination> &all, const Combination &without, double allowed,
                      double goal) {
-  Combination best = by_default;
+  Combination best = without;
   const auto price = [&](const Combination &one) {
-    return price_of(one.bytes, one.error, by_default.error, goal);
+    return price_of(one.bytes, one.error, without.error, goal);
   };
   for (const Combination &one : all)
-    if (one.bytes <= most_growth * by_default.bytes &&
-        render::loss_db(by_default.error, one.error) <= allowed && price(one) < price(best))
+    if (one.bytes <= most_growth * without.bytes && render::loss_db(without.error, one.error) <= allowed &&
+        price(one) < price(best))
       best = one;
   return best;
 }
@@ -561,15 +565,31 @@ std::string obstacle(const Plan &plan) {
                                                 : "";
 }
 
+// Of quality, error or bytes, in place of what views may lose. A ladder's first rung has set its own.
+bool states_goal(const Options &options) {
+  return !options.quality.by_default || options.max_error || options.bit_rate;
+}
+
+// What keeps a choice from being made that no option asks for.
+std::string default_obstacle(const Plan &plan) {
+  if (plan.capture.memory)
+    return "frames that come one after the other are packed without a look at them beforehand, but for " +
+           option_name("view-loss", "0.1dB");
+  return row_of(plan.options.preset).view_loss ? "" : preset_reason(plan.options.preset);
+}
+
 } // namespace
 
 ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, const Tiling &tiling,
                                double delta_frames) {
   ViewChoice choice;
-  if (!plan.options.view_loss) return choice;
+  const Options &options = plan.options;
+  const bool by_default = !options.view_loss && !states_goal(options);
   ViewReport &found = choice.report;
-  found.goal = *plan.options.view_loss;
+  found.goal = by_default ? default_view_loss : options.view_loss.value_or(0);
+  if (!(found.goal > 0)) return choice;
   found.reason = obstacle(plan);
+  if (by_default && found.reason.empty()) found.reason = default_obstacle(plan);
   if (!found.reason.empty()) return choice;
   Trial trial(plan, scene, tiling, delta_frames);
   if (!trial.frame_count()) {
@@ -596,15 +616,15 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   const std::vector<TriedMeshes> meshes = try_meshes(plan, trial, judge, curve, found.goal + blend.gain);
   const std::vector<Combination> all = combinations(meshes, curve);
   // Meshes as they would be, and the best pictures that were tried.
-  const Combination by_default =
+  const Combination without =
       *std::find_if(all.rbegin(), all.rend(), [](const Combination &one) { return one.meshes == 0; });
-  found.default_psnr = judge.held_out(&meshes[0].meshes, &curve.finest()).psnr();
+  found.psnr_without = judge.held_out(&meshes[0].meshes, &curve.finest()).psnr();
   found.blends = blend.tried;
   for (const Combination &one : all) {
     if (!std::isfinite(one.psnr)) continue; // pictures without an error
     const Meshes &of = meshes[one.meshes].meshes;
-    found.candidates.push_back({of.max_error, of.step, one.psnr, one.bytes,
-                                render::loss_db(by_default.error, one.error) - blend.gain});
+    found.candidates.push_back(
+        {of.max_error, of.step, one.psnr, one.bytes, render::loss_db(without.error, one.error) - blend.gain});
   }
   Combination best;
   std::optional<Pictures> encoded;
@@ -613,14 +633,14 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   // Errors of meshes and pictures rarely add up exactly: what is measured of both decides.
   double allowed = found.goal + blend.gain;
   for (int tries = 0; tries < most_measured; tries++) {
-    best = tries + 1 < most_measured ? cheapest(all, by_default, allowed, found.goal) : by_default;
+    best = tries + 1 < most_measured ? cheapest(all, without, allowed, found.goal) : without;
     pictures = curve.tried(best.psnr);
     if (!pictures) pictures = &encoded.emplace(trial.pictures(best.psnr));
     seen = judge.held_out(&meshes[best.meshes].meshes, pictures);
-    found.loss = found.default_psnr - seen.psnr() - blend.gain;
+    found.loss = found.psnr_without - seen.psnr() - blend.gain;
     note_measured(found, meshes[best.meshes].meshes, best.psnr, *pictures);
     if (found.loss <= found.goal) break;
-    allowed = std::min(allowed, render::loss_db(by_default.error, best.error)) - (found.loss - found.goal);
+    allowed = std::min(allowed, render::loss_db(without.error, best.error)) - (found.loss - found.goal);
   }
   const Meshes &chosen = meshes[best.meshes].meshes;
   found.psnr = best.psnr;
@@ -636,7 +656,7 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   found.between_psnr = judge.between(&chosen, pictures).psnr();
   found.finest_psnr = judge.of_source().psnr();
   found.finest_ssim = judge.of_source().ssim();
-  found.default_bytes = by_default.bytes;
+  found.bytes_without = without.bytes;
   for (size_t rung = 1; rung < plan.rung_count() && plan.options.ladder[rung].psnr; rung++) {
     const double psnr = plan.options.ladder[rung].psnr;
     const Pictures coarse_pictures = trial.pictures(psnr);
@@ -649,7 +669,7 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
                                                                : MaxError::metres},
                          chosen.step);
     found.rungs.push_back({psnr, own.max_error,
-                           found.default_psnr - judge.held_out(&own, &coarse_pictures).psnr() - blend.gain});
+                           found.psnr_without - judge.held_out(&own, &coarse_pictures).psnr() - blend.gain});
   }
   return choice;
 }

@@ -21,6 +21,13 @@ namespace fvv::mux {
 
 namespace {
 
+// Whether the pieces of a frame that vanish are too small to be seen, together less than a pixel of the
+// camera that sees them sharpest. Where views decide how coarse meshes are, that is no loss to warn of.
+bool is_unseen(const Plan &plan, const decimate::Lost &vanished) {
+  const DecimationChoice &decimation = plan.meshes[0].decimation;
+  return plan.view.on() && !decimation.is_length && vanished.area <= decimation.pixel * decimation.pixel;
+}
+
 // Warns of what lost pieces or thin parts: a frame, by its report, or a track, by its sums. times: the error.
 // Returns whether it did.
 bool warn_of_losses(const Plan &plan, const std::string &name, double times, const decimate::Lost &vanished,
@@ -416,8 +423,9 @@ private:
     mux::add(of_track.decimation, *mesh.decimation, plan.group_of(frame));
     if (of.rung) return; // more is lost there: one warning for all frames
     const std::string name = plan.capture.mesh_path(number) + ": frame " + std::to_string(number);
-    if (warn_of_losses(plan, name, 1, mesh.decimation->vanished, mesh.decimation->thin_area))
-      sums.warned = true;
+    decimate::Lost vanished = mesh.decimation->vanished;
+    if (is_unseen(plan, vanished)) vanished = {};
+    if (warn_of_losses(plan, name, 1, vanished, mesh.decimation->thin_area)) sums.warned = true;
   }
 
   void write_surfaces(size_t track, size_t frame, const VisibilityFrame &seen, const ColourFrame &colours) {

@@ -295,11 +295,13 @@ std::vector<Option> mesh_options() {
       Row("max-error", "ERROR",
           "error of the geometry in pixels of the transmitted pictures, at the camera that sees a place "
           "sharpest, or as a length (1mm, 0.1cm): decides the lattice step, motion and how far meshes are "
-          "decimated (docs/encoding/budget.md). Default: 0.15; without cameras 1/8192 of a mesh's diagonal, "
+          "decimated (docs/encoding/budget.md). Default: by `view-loss`, else 0.15; without cameras 1/8192 "
+          "of a mesh's "
+          "diagonal, "
           "and "
           "no decimation")
           .text<&Options::max_error>(length, "1mm", parse_max_error, max_error_text)
-          .brief(meshes, "pixels of the transmitted pictures, or a length: 1mm. Default: 0.15"),
+          .brief(meshes, "pixels of the transmitted pictures, or a length: 1mm"),
       Row("step", "LENGTH",
           "step of the lattice of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the "
           "capture's units. Default: the capture's, else by `max-error`")
@@ -374,7 +376,7 @@ std::vector<Option> picture_options() {
       Row("quality", "Q",
           "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
           "number: JPEG 1 to 100, CRF 1 to 51 in eighths (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has "
-          "lossless alone. Default: 42dB, of exr lossless")
+          "lossless alone. Default: by `view-loss`, else 42dB, of exr lossless")
           .custom(
               "float | str", "38dB",
               [](Options &options, const std::string &text) {
@@ -384,15 +386,18 @@ std::vector<Option> picture_options() {
                 return options.quality.by_default ? std::string() : quality_text(options.quality);
               })
           .excludes("bitrate")
-          .brief(pictures, "PSNR of the foreground (42dB, the default), or the codec's number"),
+          .brief(pictures, "PSNR of the foreground (42dB), or the codec's number"),
       Row("view-loss", "DB",
           "choose for the scene what is not set: the quality of pictures, `max-error`, and how players "
           "blend, "
-          "for the fewest bytes by which views from between cameras lose at most that against the defaults "
-          "(0.1dB), with pictures of 38 dB or more (docs/encoding/view-loss.md). Default: nothing is chosen "
-          "so")
+          "for the fewest bytes by which views from between cameras lose at most that against 42dB and 0.15 "
+          "px "
+          "(0.1dB), with pictures of 38 dB or more; or none (docs/encoding/view-loss.md). Default: 0.1dB, "
+          "unless "
+          "`quality`, `max-error` or `bitrate` says another goal, the preset is fast or live, or frames come "
+          "one after the other")
           .text<&Options::view_loss>("float | str", "0.1dB", parse_view_loss, view_loss_text)
-          .brief(pictures, "spend no more than views need: 0.1dB is what they may lose"),
+          .brief(pictures, "for what is not set: 0.1dB (default), none"),
       Row("bitrate", "RATE",
           "bits a second for all pictures (4M, 800k) in place of a quality: every group has its share "
           "and gets the finest quality that keeps it; tracks share by their pixels")

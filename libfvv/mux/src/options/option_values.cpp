@@ -109,15 +109,16 @@ std::string quality_text(const Quality &quality) {
 
 double parse_view_loss(const std::string &option, const std::string &text) {
   double loss;
+  if (text == "none") return 0;
   const bool named = ends_with(text, "dB") || ends_with(text, "db");
   if (!scene::parse_double(text.substr(0, text.size() - (named ? 2 : 0)), loss) || !(loss >= 0.01) ||
       loss > 10)
-    refuse_value(option, "decibels such as 0.1dB, from 0.01 to 10", text);
+    refuse_value(option, "decibels such as 0.1dB, from 0.01 to 10, or none", text);
   return loss;
 }
 
 std::string view_loss_text(double loss) {
-  return number_text(loss) + "dB";
+  return loss > 0 ? number_text(loss) + "dB" : "none";
 }
 
 uint64_t parse_bit_rate(const std::string &option, const std::string &text) {

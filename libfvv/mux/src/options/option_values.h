@@ -22,7 +22,7 @@ int parse_bit_depth(const std::string &option, const std::string &text); // "8",
 Quality parse_quality(const std::string &option, const std::string &text);
 std::string quality_text(const Quality &quality);
 
-double parse_view_loss(const std::string &option, const std::string &text); // "0.1dB", "0.1"
+double parse_view_loss(const std::string &option, const std::string &text); // "0.1dB", "0.1"; "none": 0
 std::string view_loss_text(double loss);
 
 uint64_t parse_bit_rate(const std::string &option, const std::string &text);       // "4M", "800k", "64000"

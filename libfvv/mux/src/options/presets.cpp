@@ -10,11 +10,11 @@ using media::Effort;
 
 // In the order of Preset. Each lies on the line of least time for its bytes (docs/encoding/presets.md).
 const PresetRow rows[] = {
-    // name, pictures, sample, checks, level, visibility, colours, match, track
-    {"live", Effort::live, 8, Checks::none, 5, false, false, false, Track::never},
-    {"fast", Effort::fast, 12, Checks::some, 7, false, false, true, Track::never},
-    {"medium", Effort::full, 25, Checks::all, 9, true, true, true, Track::never},
-    {"slow", Effort::full, 25, Checks::all, 10, true, true, true, Track::automatic},
+    // name, pictures, sample, checks, level, visibility, colours, match, views, track
+    {"live", Effort::live, 8, Checks::none, 5, false, false, false, false, Track::never},
+    {"fast", Effort::fast, 12, Checks::some, 7, false, false, true, false, Track::never},
+    {"medium", Effort::full, 25, Checks::all, 9, true, true, true, true, Track::never},
+    {"slow", Effort::full, 25, Checks::all, 10, true, true, true, true, Track::automatic},
 };
 
 } // namespace

@@ -16,6 +16,7 @@ struct PresetRow {
   bool visibility;         // found by rays, where it pays; without it players make depth maps
   bool colours;            // of vertices, from the pictures
   bool match_colours;      // looked for
+  bool view_loss;          // a choice by views where options state no goal
   Track track;
 };
 

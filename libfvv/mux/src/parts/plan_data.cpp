@@ -110,10 +110,10 @@ struct Fields {
   }
   template <class A> static void of(A &a, ViewReport &v) {
     auto &[goal, is_measured, reason, frame, psnr, max_error, step, is_length, is_paper, threshold, best,
-           loss, finest_psnr, finest_ssim, default_psnr, held_out_psnr, held_out_ssim, between_psnr,
-           default_bytes, bytes, candidates, blends, rungs] = v;
+           loss, finest_psnr, finest_ssim, psnr_without, held_out_psnr, held_out_ssim, between_psnr,
+           bytes_without, bytes, candidates, blends, rungs] = v;
     a(goal, is_measured, reason, frame, psnr, max_error, step, is_length, is_paper, threshold, best, loss,
-      finest_psnr, finest_ssim, default_psnr, held_out_psnr, held_out_ssim, between_psnr, default_bytes,
+      finest_psnr, finest_ssim, psnr_without, held_out_psnr, held_out_ssim, between_psnr, bytes_without,
       bytes);
   }
   template <class A> static void of(A &a, ViewChoice &v) {

@@ -379,7 +379,7 @@ Report make_report(const Plan &plan, const Decisions &decisions, const StreamSum
   out.colour_cell = plan.colours.cell_size * plan.lattice.lattice.step;
   out.match = report_match(plan);
   out.inset = report_inset(plan.inset);
-  if (options.view_loss) out.view = plan.view.report;
+  if (plan.view.report.goal > 0) out.view = plan.view.report;
   for (size_t i = 0; i < plan.sounds.size(); i++) out.sounds.push_back(report_sound(plan, sums, i));
   if (plan.environment) out.environment = report_environment(*plan.environment, sums.environment.chunks);
   for (const scene::VideoReport &video : plan.sources) out.sources.push_back(report_source(video));

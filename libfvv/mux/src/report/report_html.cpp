@@ -113,14 +113,14 @@ public:
                     "sees over bytes of a group\">\n",
                     width, height);
     out += grid();
-    const double goal = y.at(view.default_psnr - view.goal);
+    const double goal = y.at(view.psnr_without - view.goal);
     if (goal < bottom && goal > top)
       out += fvv::format(
           "<line class=\"goal\" x1=\"%g\" x2=\"%g\" y1=\"%.1f\" y2=\"%.1f\"/><text class=\"faint\" "
-          "x=\"%g\" y=\"%.1f\" text-anchor=\"end\">%g dB below the defaults</text>\n",
+          "x=\"%g\" y=\"%.1f\" text-anchor=\"end\">%g dB below that without a choice</text>\n",
           left, right, goal, goal, right, goal - 5, view.goal);
     for (size_t k = 0; k < curves.size(); k++) out += curve(k);
-    out += ring(view.default_bytes, view.default_psnr, "ring", "the defaults");
+    out += ring(view.bytes_without, view.psnr_without, "ring", "without a choice");
     out += ring(view.bytes, view.held_out_psnr, "ring full", "chosen");
     return out + legend() + "</svg>\n";
   }
@@ -128,7 +128,7 @@ public:
 private:
   static constexpr double width = 820, height = 440, left = 76, right = 620, top = 20, bottom = 390;
 
-  double psnr_of(const ViewCandidate &one) const { return view.default_psnr - one.loss; }
+  double psnr_of(const ViewCandidate &one) const { return view.psnr_without - one.loss; }
 
   template <class Value>
   std::pair<double, double> range(const Value &value, double first, double second) const {
@@ -141,12 +141,12 @@ private:
   }
   Axis kilobytes_axis() const {
     const auto [low, high] =
-        range([](const ViewCandidate &one) { return one.bytes; }, view.bytes, view.default_bytes);
+        range([](const ViewCandidate &one) { return one.bytes; }, view.bytes, view.bytes_without);
     return axis_over(low / 1000, high / 1000, left, right - left);
   }
   Axis psnr_axis() const {
     const auto [low, high] = range([this](const ViewCandidate &one) { return psnr_of(one); },
-                                   view.held_out_psnr, view.default_psnr);
+                                   view.held_out_psnr, view.psnr_without);
     return axis_over(low, high, bottom, top - bottom);
   }
 
@@ -265,19 +265,19 @@ std::string bars(const Report &r) {
 std::string view_summary(const Report &r, const ViewReport &view) {
   return escaped(
       fvv::format("Pictures of %.4g dB, meshes with an error of %s and the threshold %g were chosen: about "
-                  "%.0f %% of the bytes that the defaults take. Cameras that are drawn from the others "
-                  "%s %.2f dB against the defaults, where the goal allows to lose %g dB: they have %.2f dB, "
-                  "%.2f dB by the defaults, and %.2f dB by the source's own meshes and pictures.",
+                  "%.0f %% of the bytes without the choice. Cameras that are drawn from the others "
+                  "%s %.2f dB against that, where the goal allows to lose %g dB: they have %.2f dB, "
+                  "%.2f dB without the choice, and %.2f dB by the source's own meshes and pictures.",
                   view.psnr, error_text(r, view, view.max_error).c_str(), view.threshold,
-                  100 * view.bytes / view.default_bytes, view.loss > 0 ? "lose" : "gain", std::abs(view.loss),
-                  view.goal, view.held_out_psnr, view.default_psnr, view.finest_psnr));
+                  100 * view.bytes / view.bytes_without, view.loss > 0 ? "lose" : "gain", std::abs(view.loss),
+                  view.goal, view.held_out_psnr, view.psnr_without, view.finest_psnr));
 }
 
 // The cheapest and the finest pictures of each curve, and what was measured.
 std::string candidate_table(const Report &r, const ViewReport &view) {
   std::string out =
-      "<table><tr><th>meshes</th><th>pictures</th><th>kB of a group</th><th>of the defaults'</th>"
-      "<th>against the defaults</th><th></th></tr>\n";
+      "<table><tr><th>meshes</th><th>pictures</th><th>kB of a group</th><th>of those without a choice</th>"
+      "<th>against views without a choice</th><th></th></tr>\n";
   for (const Curve &curve : curves_of(view))
     for (const ViewCandidate &one : curve) {
       const bool chosen = is_chosen(view, one), end = &one == &curve.front() || &one == &curve.back();
@@ -285,7 +285,7 @@ std::string candidate_table(const Report &r, const ViewReport &view) {
       out +=
           std::string(chosen ? "<tr class=\"chosen\"><td>" : "<tr><td>") + escaped(name_of(r, view, curve)) +
           fvv::format("</td><td>%g dB</td><td>%.1f</td><td>%.0f %%</td><td>%+.3f dB</td><td>%s</td></tr>\n",
-                      one.psnr, one.bytes / 1000, 100 * one.bytes / view.default_bytes, -one.loss,
+                      one.psnr, one.bytes / 1000, 100 * one.bytes / view.bytes_without, -one.loss,
                       chosen            ? "chosen"
                       : one.is_measured ? "measured: loses too much"
                                         : "");

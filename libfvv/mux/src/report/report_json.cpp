@@ -204,7 +204,7 @@ Json view_json(const ViewReport &view) {
   out["loss"] = view.loss;
   out["finest"] = {{"psnr", view.finest_psnr}, {"ssim", view.finest_ssim}};
   out["chosen"] = {{"psnr", view.held_out_psnr}, {"ssim", view.held_out_ssim}, {"group_bytes", view.bytes}};
-  out["default"] = {{"psnr", view.default_psnr}, {"group_bytes", view.default_bytes}};
+  out["without"] = {{"psnr", view.psnr_without}, {"group_bytes", view.bytes_without}};
   if (std::isfinite(view.between_psnr)) out["between_psnr"] = view.between_psnr;
   for (const ViewCandidate &one : view.candidates)
     out["candidates"].push_back({{"max_error", one.max_error},

@@ -339,9 +339,9 @@ void view_lines(std::string &out, const Report &r, const ViewReport &view) {
   if (!view.is_measured) return line(out, "  views     nothing chosen: %s", view.reason.c_str());
   line(out,
        "  views     %s %.2f dB (goal: lose at most %g%s%s): cameras drawn from the others have %.2f dB, %.2f "
-       "by the defaults, %.2f by the source",
+       "without the choice, %.2f by the source",
        view.loss > 0 ? "lose" : "gain", std::abs(view.loss), view.goal, view.reason.empty() ? "" : "; ",
-       view.reason.c_str(), view.held_out_psnr, view.default_psnr, view.finest_psnr);
+       view.reason.c_str(), view.held_out_psnr, view.psnr_without, view.finest_psnr);
   line(out,
        "            by pictures of %.4g dB, an error of %s, a step of %s, the blend %s, threshold %g, best "
        "%u: about %.0f "
@@ -350,7 +350,7 @@ void view_lines(std::string &out, const Report &r, const ViewReport &view) {
        view.is_length ? length_text(r.scale_unknown, view.max_error).c_str()
                       : fvv::format("%g px", view.max_error).c_str(),
        length_text(r.scale_unknown, view.step).c_str(), view.is_paper ? "paper" : "viewer", view.threshold,
-       view.best, 100 * view.bytes / view.default_bytes);
+       view.best, 100 * view.bytes / view.bytes_without);
   for (size_t k = 0; k < view.rungs.size(); k++)
     line(out, "            rung %zu, of %g dB, %s %.2f dB", k + 1, view.rungs[k].psnr,
          view.rungs[k].loss > 0 ? "loses" : "gains", std::abs(view.rungs[k].loss));
