@@ -67,6 +67,23 @@ window.openStream = async (file, number, options) => {
   return facts;
 };
 
+/** Replaces the environment: quads of four corners each, seen from both sides if doubleSided. */
+window.surround = (quads) =>
+  renderer.setEnvironments([
+    {
+      lights: [],
+      pictures: [],
+      parts: quads.map(({ corners, colour, doubleSided }) => ({
+        positions: Float32Array.from(corners.flat()),
+        faces: Uint32Array.of(0, 1, 2, 0, 2, 3),
+        faceCount: 2,
+        picture: null,
+        colour,
+        doubleSided,
+      })),
+    },
+  ]);
+
 /** Shows two frames concurrently. */
 window.showTwo = async () => {
   await decoder.seek({ frame: 0 });

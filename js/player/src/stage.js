@@ -319,7 +319,8 @@ export class Stage extends EventTarget {
   drawEyes(views, framebuffer, overWorld) {
     this.#delay.draws(performance.now(), this.#media.tick());
     if (this.#empty) return;
-    const drawing = { ...this.#drawing(), sheet: null };
+    // In a headset the room is real to the viewer: nothing of it fades.
+    const drawing = { ...this.#drawing(), sheet: null, fade: false };
     const bare = { environment: false, sky: null, grid: null, clearColour: [0, 0, 0, 0] };
     this.#renderer.drawViews(views, overWorld ? { ...drawing, ...bare } : drawing, framebuffer);
   }

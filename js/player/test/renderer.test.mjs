@@ -146,6 +146,49 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
     }
   });
 
+  test("what hides the surface from the viewer fades, and a floor is seen from below", async () => {
+    await session.show(at("studio.fvv"), 1);
+    const [red, green] = [[1, 0, 0], [0, 1, 0]]; // prettier-ignore
+    const wall = [[-3, 0, 2.5], [3, 0, 2.5], [3, 4, 2.5], [-3, 4, 2.5]]; // prettier-ignore
+    const floor = [[-9, 0, 9], [9, 0, 9], [9, 0, -9], [-9, 0, -9]]; // prettier-ignore
+    await session.page.evaluate(
+      (quads) => window.surround(quads),
+      [
+        { corners: wall, colour: red, doubleSided: true },
+        { corners: floor, colour: green, doubleSided: false },
+      ],
+    );
+    const draw = (pose, options) =>
+      session.page.evaluate((pose, options) => window.draw(pose, options), pose, { shadows: false, ...options });
+    const picture = async (pose, options) => ({ data: Buffer.from((await draw(pose, options)).data, "base64") });
+    const [pure, earth] = [[255, 0, 0], [0, 255, 0]]; // prettier-ignore
+    const front = around(0);
+    const hidden = await picture(front, { fade: false });
+    const through = await picture(front, {});
+    const alone = await picture(front, { environment: false });
+    const surface = new Uint8Array(size[0] * size[1]).map(
+      (_, i) => Math.max(...alone.data.subarray(4 * i, 4 * i + 3)) > 0,
+    );
+    const share = (one) => distance(one.data, hidden.data, surface);
+    assert.ok(share(alone).psnr < 12, "the wall hides the surface");
+    assert.ok(share(through).psnr < 14, "it is seen through the wall");
+    const like = distance(through.data, alone.data, surface).psnr;
+    assert.ok(like > 12, `${like.toFixed(1)} dB: little is left of the wall`);
+    // The wall has the same colour where nothing is behind it.
+    const [before, after] = [hidden, through].map((one) => countOf(pure, one));
+    assert.ok(after > 0.2 * before && after < 0.9 * before, `${after} of ${before} pixels are all wall`);
+    // From behind, the wall is beyond the surface, and the floor before it stays.
+    const back = around(Math.PI);
+    assert.deepEqual(await picture(back, {}), await picture(back, { fade: false }));
+    const below = { ...front, eye: [0, -3, 4] };
+    assert.equal(countOf(earth, await picture(below, { fade: false })), 0);
+    const seen = await picture(below, { clearColour: [0, 0, 0, 1] });
+    let greenish = 0;
+    for (let i = 0; i < seen.data.length; i += 4) greenish += seen.data[i + 1] > 60 && seen.data[i] < 30;
+    assert.ok(greenish > 0.1 * surface.length, `${greenish} pixels of the floor`);
+    assert.deepEqual(session.browser.troubles, []);
+  });
+
   test("draws the same as fvvrender for few faces", async () =>
     assertAlike(await compareFile(session, at("few.fvv"), { poses: 2, size }), ["bits", "depth"]));
 

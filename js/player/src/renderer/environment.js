@@ -3,6 +3,7 @@
 import { pointsOf } from "@fvv/shading";
 
 import { boundsOf, joined } from "./matrices.js";
+import { hides, isBelow, obstruction } from "./obstacles.js";
 import { MeshBuffers, newTexture } from "./resources.js";
 import { lighting } from "./shadows.js";
 
@@ -26,6 +27,9 @@ in vec3 vPoint;
 in vec2 vUv;
 layout(location = 0) out highp vec4 outColour;
 ${lighting}
+#ifdef OBSTACLES
+${obstruction}
+#endif
 
 vec3 toLinear(vec3 v) { return mix(pow((v + 0.055) / 1.055, vec3(2.4)), v / 12.92, lessThanEqual(v, vec3(0.04045))); }
 vec3 toDisplay(vec3 v) {
@@ -34,8 +38,17 @@ vec3 toDisplay(vec3 v) {
 
 void main() {
   vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint)));
+  float alpha = 1.0;
+#ifdef OBSTACLES
+  alpha = opacity(vPoint, faceNormal, SINGLE_SIDED == 1 && !gl_FrontFacing);
+#ifdef FADED
+  if (alpha > 0.996 || alpha == 0.0) discard;
+#else
+  if (alpha <= 0.996) discard;
+#endif
+#endif
   vec3 light = colour * toLinear(texture(picture, vUv).rgb) * arriving(vPoint, faceNormal);
-  outColour = vec4(toDisplay(light), 1.0);
+  outColour = vec4(toDisplay(light), alpha);
 }
 `,
 };
@@ -56,7 +69,7 @@ export class Environment {
   #gl;
   #programs;
   #counters;
-  #parts = []; // {part, mesh, texture}
+  #parts = []; // {part, bounds, mesh, texture}
   #textures = [];
   #white;
   bounds = null;
@@ -84,8 +97,9 @@ export class Environment {
         const mesh = new MeshBuffers(this.#gl, this.#counters.uploads);
         mesh.show(part);
         const texture = part.picture === null ? this.#white : this.#upload(images[part.picture], part.clamped);
-        this.#parts.push({ part, mesh, texture });
-        this.bounds = joined(this.bounds, boundsOf(pointsOf(part)));
+        const bounds = boundsOf(pointsOf(part));
+        this.#parts.push({ part, bounds, mesh, texture });
+        this.bounds = joined(this.bounds, bounds);
         this.origin = part.origin ?? [0, 0, 0];
       }
   }
@@ -105,19 +119,51 @@ export class Environment {
     return texture;
   }
 
-  draw({ worldToClip, nearPlane }, shadows) {
+  /** The parts that fade, for a viewer; action: the bounds of what must not be hidden, or null. Returns what draw takes. */
+  fading(eye, up, action) {
+    if (!action) return null;
+    const below = isBelow(eye, up, action);
+    const parts = this.#parts.filter(
+      ({ part, bounds }) => (below && !part.doubleSided) || hides(part, bounds, eye, action),
+    );
+    if (!parts.length) return null;
+    return { parts: new Set(parts), uniforms: { eye, up, actionMin: action.min, actionMax: action.max } };
+  }
+
+  /** fading: the result of the method, or null. */
+  draw(viewer, shadows, fading) {
     const gl = this.#gl;
     gl.enable(gl.DEPTH_TEST);
     // At equal depth the mesh of the frame wins.
     gl.depthFunc(gl.LESS);
-    for (const { part, mesh, texture } of this.#parts) {
-      if (!part.doubleSided) gl.enable(gl.CULL_FACE);
-      const uniforms = { worldToClip, nearPlane, colour: part.colour, lightCount: 0, ...shadows.uniforms };
-      this.#programs.get(shaders).use(uniforms, { picture: texture, shadowMaps: shadows.texture });
-      mesh.draw();
+    for (const one of this.#parts) {
+      if (!one.part.doubleSided) gl.enable(gl.CULL_FACE);
+      const fades = fading?.parts.has(one);
+      this.#drawPart(one, viewer, shadows, fades ? fading : null, {});
       gl.disable(gl.CULL_FACE);
-      this.#counters.drawCalls++;
     }
+  }
+
+  /** What fades, over all that has been drawn. */
+  drawFaded(viewer, shadows, fading) {
+    const gl = this.#gl;
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    gl.depthFunc(gl.LESS);
+    for (const one of fading.parts) this.#drawPart(one, viewer, shadows, fading, { FADED: 1 });
+    gl.depthMask(true);
+    gl.disable(gl.BLEND);
+  }
+
+  #drawPart({ part, mesh, texture }, { worldToClip, nearPlane }, shadows, fading, more) {
+    const defines = fading ? { OBSTACLES: 1, SINGLE_SIDED: part.doubleSided ? 0 : 1, ...more } : {};
+    const uniforms = { worldToClip, nearPlane, colour: part.colour, lightCount: 0, ...shadows.uniforms };
+    this.#programs
+      .get(shaders, defines)
+      .use({ ...uniforms, ...fading?.uniforms }, { picture: texture, shadowMaps: shadows.texture });
+    mesh.draw();
+    this.#counters.drawCalls++;
   }
 
   #clear() {

@@ -24,6 +24,8 @@ export interface DrawOptions {
   /** Shadows of the mesh on the environment. */
   shadows?: boolean;
   environment?: boolean;
+  /** Whether what of the environment is between the viewer and the surface fades, and floors are seen from below. Default true. */
+  fade?: boolean;
   /**
    * Pixels of the surface per pixel of the picture along a side, up to 1: it is coloured in a picture of that resolution, which is
    * put into the full one; its outline and all around it have full resolution. null: it is coloured directly. Default: null, and

@@ -77,6 +77,7 @@ const defaults = {
   unseen: undefined,
   shadows: true,
   environment: true,
+  fade: true,
   clearColour: [0, 0, 0, 1],
   sky: null,
   up: [0, 1, 0],

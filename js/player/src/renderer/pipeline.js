@@ -76,8 +76,11 @@ export class Pipeline {
     this.#clear(view, options, framebuffer);
     const viewer = this.#viewer(view, joined(drawn, overlayBounds(overlays, origin)));
     if (surface) surface.draw(this.#pictures, viewer, options, { framebuffer, view });
-    if (around) around.draw(viewer, options.shadows ? this.#shadows : { ...noShadows, texture: this.#shadows.texture });
+    const shadows = options.shadows ? this.#shadows : { ...noShadows, texture: this.#shadows.texture };
+    const fading = around && options.fade ? around.fading(viewer.eye, options.up, content?.bounds ?? null) : null;
+    if (around) around.draw(viewer, shadows, fading);
     if (options.sky) this.#sky.draw(view, viewer.pixelToRay, options);
+    if (fading) around.drawFaded(viewer, shadows, fading);
     this.#overlay.draw(viewer, this.#pictures);
   }
 
