@@ -29,7 +29,8 @@ const at = (name) => join(folder, name);
 
 function makeStreams() {
   const synth = (name, ...more) => tool("fvvsynth", "-o", at(name), ...more);
-  const mux = (capture, name, ...more) => tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), ...more);
+  const fixed = ["--view-loss", "none"];
+  const mux = (capture, name, ...more) => tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), ...fixed, ...more);
   synth("studio", "--frames", "2", "--size", "320x180", "--environment");
   mux("studio", "studio", "--visibility", "weight", "--texture-inset", "30mm");
   synth("many", "--rig", "small", "--cameras", "40", "--frames", "1", "--size", "160x120");
@@ -44,7 +45,7 @@ function makeStreams() {
   for (const [name, scale] of Object.entries(sizes)) places[name] = { scale };
   const plain = ["--visibility", "weight", "--texture-inset", "off"];
   for (const [name, place] of Object.entries(places))
-    tool("fvvmux", moveCapture(at("placed"), name, place), "-o", at(`${name}.fvv`), ...plain);
+    tool("fvvmux", moveCapture(at("placed"), name, place), "-o", at(`${name}.fvv`), ...fixed, ...plain);
   // The same scene, scaled so that its longest side has this length.
   const capture = JSON.parse(readFileSync(at("studio/capture.json"), "utf8"));
   delete capture.environment;

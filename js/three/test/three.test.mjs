@@ -26,7 +26,7 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
   function makeStreams() {
     const synth = (name, ...more) => tool("fvvsynth", "-o", at(name), ...more);
     const mux = (capture, name, ...more) =>
-      tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), "--group", "2", ...more);
+      tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), "--group", "2", "--view-loss", "none", ...more);
     synth("small", "--rig", "small", "--frames", "4", "--size", "320x240");
     mux("small", "bits", "--visibility", "weight", "--texture-inset", "30mm");
     mux("small", "spread", "--video-tracks", "3");

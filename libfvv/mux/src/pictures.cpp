@@ -467,6 +467,17 @@ private:
 // a blur.
 constexpr double least_rung_psnr = 27;
 
+} // namespace
+
+double target_psnr_of(const Plan &plan, size_t rung, double first) {
+  const double own = plan.options.ladder.empty() ? 0 : plan.options.ladder[rung].psnr;
+  return own ? own
+             : std::max(first + psnr_of_halving * std::log2(plan.rung_scale(rung)),
+                        std::min(first, least_rung_psnr));
+}
+
+namespace {
+
 // Of all tracks of a rung.
 double rate_of_rung(const Plan &plan, size_t rung) {
   const std::vector<Rung> &ladder = plan.options.ladder;
@@ -513,10 +524,7 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, const VideoDeci
       choice.settings.parts = 0;
     }
     const double first = options.quality.is_psnr || !best ? options.quality.value : best->sample_psnr;
-    const double own = options.ladder.empty() ? 0 : options.ladder[track.rung].psnr;
-    const double target = own ? own
-                              : std::max(first + psnr_of_halving * std::log2(plan.rung_scale(track.rung)),
-                                         std::min(first, least_rung_psnr));
+    const double target = target_psnr_of(plan, track.rung, first);
     if (best && !options.bit_rate) {
       choice.settings.quality = best->settings.quality;
       choice.settings.parts = best->settings.parts;

@@ -115,6 +115,9 @@ struct VideoChoice {
   std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once; may be NULL
 };
 
+// What pictures of a rung are to have, in their own size, where those of the first have that. dB.
+double target_psnr_of(const Plan &plan, size_t rung, double first);
+
 // Encodes a sample of a video track as often as it takes to find the quality, which may take long. best: of
 // the track that shows the same at rung 0; NULL: this is one.
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track, const VideoDecision *best,

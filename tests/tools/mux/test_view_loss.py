@@ -173,6 +173,18 @@ def test_each_rung_of_qualities_states_what_views_lose(captures, tmp_path):
     assert found["max_error"] < rungs[0]["max_error"] < rungs[1]["max_error"]
 
 
+def test_each_rung_of_sizes_states_what_views_lose(captures, tmp_path):
+    out = "-o", tmp_path / "a.fvv", "--frames", "0-1", "--ladder", "1,0.5"
+    summary = figures("fvvmux", captures / "tracked", *out)
+    found, (rung,) = summary["view_loss"], summary["view_loss"]["rungs"]
+    assert rung["scale"] == 0.5
+    # By the rule of docs/encoding/ladder.md.
+    assert rung["picture_psnr"] == pytest.approx(found["picture_psnr"] - 9)
+    assert rung["max_error"] == pytest.approx(2 * found["max_error"], rel=0.01)
+    # Half the pixels of so small pictures show much less than any quality of the full size.
+    assert rung["loss"] > found["loss"] + 0.5
+
+
 def test_with_few_cameras_meshes_become_little_coarser(captures, tmp_path):
     """Fewer than six leave surface to colours of vertices, which this measure does not see."""
     for cameras, coarsest in (("0-4", 0.175), ("0-5", 0.3)):

@@ -266,10 +266,11 @@ struct BlendCandidate {
   double gain = 0;
 };
 
-// What a lower rung of a ladder of qualities shows. loss: dB, against the first without a choice, with meshes
-// of its own, which it may do without.
+// What a lower rung of a ladder shows. loss: dB, against the first without a choice, with meshes of its own,
+// which it may do without.
 struct RungView {
-  double psnr = 0; // of pictures, dB
+  double scale = 1; // of pictures, relative to those of the first
+  double psnr = 0;  // of them in that size, dB
   double max_error = 0;
   double loss = 0;
 };

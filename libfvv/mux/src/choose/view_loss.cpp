@@ -6,6 +6,7 @@
 #include "fvv_render/held_out.h"
 #include "fvv_render/local_origin.h"
 #include "mux/src/choose/choices.h"
+#include "mux/src/layout.h"
 #include "mux/src/meshes/decoded_meshes.h"
 #include "mux/src/meshes/meshes.h"
 #include "mux/src/options/presets.h"
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -155,6 +157,7 @@ private:
     std::vector<std::optional<fvv_camera>> cameras; // of each tile; those without calibration show nothing
     Tiles pictures;
     std::vector<media::Image> masks; // empty ones count whole
+    std::map<size_t, size_t> places; // of the capture's cameras among these
   };
 
   template <class Sample> void load() {
@@ -182,6 +185,7 @@ private:
       const std::vector<fvv_tile> &tiles = track.tiles_of(group);
       for (size_t k = 0; k < tiles.size(); k++) {
         const scene::Camera &camera = plan.capture.cameras[track.tiling.cameras[k]];
+        frame.places[track.tiling.cameras[k]] = frame.cameras.size();
         frame.cameras.emplace_back();
         if (!camera.is_calibrated(number)) continue;
         const fvv_camera calibration = camera.calibration_at(number);
@@ -207,7 +211,8 @@ private:
 
   static render::HeldOutFrame shown(const Frame &frame, const Surface &surface, const Tiles &pictures) {
     render::HeldOutFrame out = {surface.mesh(), {}};
-    for (size_t k = 0; k < frame.cameras.size(); k++)
+    // In the order of the capture, whatever that of tiles: rungs differ in it.
+    for (const auto &[camera, k] : frame.places)
       if (frame.cameras[k])
         out.views.push_back({{*frame.cameras[k], pictures[k].pixels.data()},
                              frame.masks[k].pixels.empty() ? nullptr : frame.masks[k].pixels.data()});
@@ -330,6 +335,10 @@ public:
   render::ViewScore held_out(const Meshes *meshes, const Pictures *pictures,
                              const render::ViewOptions &how) const {
     return measure.held_out_sum(render::DrawnFrames(trial.with(meshes, pictures, number), how));
+  }
+  // Frames of the same cameras.
+  render::ViewScore held_out(const std::vector<render::HeldOutFrame> &shown) const {
+    return measure.held_out_sum(render::DrawnFrames(shown, options));
   }
   // Half-way between cameras, against the source.
   render::ViewScore between(const Meshes *meshes, const Pictures *pictures) const {
@@ -565,6 +574,15 @@ std::string obstacle(const Plan &plan) {
                                                 : "";
 }
 
+// With the tracks of a lower rung in place of all.
+Plan rung_alone(const Plan &plan, size_t rung) {
+  Plan out = plan;
+  add_rungs(out);
+  const auto is_other = [&](const VideoTrack &track) { return track.rung != rung; };
+  out.tracks.erase(std::remove_if(out.tracks.begin(), out.tracks.end(), is_other), out.tracks.end());
+  return out;
+}
+
 // Of quality, error or bytes, in place of what views may lose. A ladder's first rung has set its own.
 bool states_goal(const Options &options) {
   return !options.quality.by_default || options.max_error || options.bit_rate;
@@ -657,9 +675,11 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   found.finest_psnr = judge.of_source().psnr();
   found.finest_ssim = judge.of_source().ssim();
   found.bytes_without = without.bytes;
-  for (size_t rung = 1; rung < plan.rung_count() && plan.options.ladder[rung].psnr; rung++) {
-    const double psnr = plan.options.ladder[rung].psnr;
-    const Pictures coarse_pictures = trial.pictures(psnr);
+  for (size_t rung = 1; rung < plan.rung_count(); rung++) {
+    const double psnr = target_psnr_of(plan, rung, pictures->psnr);
+    const Plan lower = rung_alone(plan, rung);
+    Trial smaller(lower, scene, tiling, delta_frames);
+    const Pictures coarse = smaller.pictures(psnr);
     Meshes own = meshes[best.meshes].meshes;
     const bool has_own = plan.meshes[0].decimation.on && plan.options.mesh_ladder != MeshLadder::off;
     if (has_own)
@@ -668,8 +688,9 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
                                   : plan.capture.scale_unknown ? MaxError::plain
                                                                : MaxError::metres},
                          chosen.step);
-    found.rungs.push_back({psnr, own.max_error,
-                           found.psnr_without - judge.held_out(&own, &coarse_pictures).psnr() - blend.gain});
+    const render::ViewScore shown = judge.held_out(smaller.with(&own, &coarse, trial.frame_count()));
+    found.rungs.push_back(
+        {plan.rung_scale(rung), psnr, own.max_error, found.psnr_without - shown.psnr() - blend.gain});
   }
   return choice;
 }

@@ -21,8 +21,9 @@ namespace fvv::mux {
 
 namespace {
 
-// Whether the pieces of a frame that vanish are too small to be seen, together less than a pixel of the
-// camera that sees them sharpest. Where views decide how coarse meshes are, that is no loss to warn of.
+// Whether the pieces of a frame that vanish, of a rung on average, are too small to be seen, together less
+// than a pixel of the camera that sees them sharpest. Where views decide how coarse meshes are, that is no
+// loss to warn of.
 bool is_unseen(const Plan &plan, const decimate::Lost &vanished) {
   const DecimationChoice &decimation = plan.meshes[0].decimation;
   return plan.view.on() && !decimation.is_length && vanished.area <= decimation.pixel * decimation.pixel;
@@ -148,8 +149,11 @@ bool warn_at_end(const Plan &plan, const Report &report) {
   for (size_t k = 0; k < report.lower_meshes.size(); k++) {
     const MeshTrack &track = plan.meshes[k + 1];
     const DecimationSums &sums = report.lower_meshes[k].decimation;
+    decimate::Lost vanished = {sums.vanished_pieces, sums.vanished_area};
+    if (is_unseen(plan, {vanished.pieces, vanished.area / double(std::max<uint64_t>(1, sums.frames))}))
+      vanished = {};
     warned = warn_of_losses(plan, plan.capture.path + ": rung " + std::to_string(track.rung), track.times,
-                            {sums.vanished_pieces, sums.vanished_area}, sums.thin_area) ||
+                            vanished, sums.thin_area) ||
              warned;
   }
   return warned;

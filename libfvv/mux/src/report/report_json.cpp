@@ -214,7 +214,8 @@ Json view_json(const ViewReport &view) {
                                  {"loss", one.loss},
                                  {"measured", one.is_measured}});
   for (const RungView &one : view.rungs)
-    out["rungs"].push_back({{"picture_psnr", one.psnr}, {"max_error", one.max_error}, {"loss", one.loss}});
+    out["rungs"].push_back(
+        {{"scale", one.scale}, {"picture_psnr", one.psnr}, {"max_error", one.max_error}, {"loss", one.loss}});
   for (const BlendCandidate &one : view.blends)
     out["blends"].push_back({{"threshold", one.threshold}, {"best", one.best}, {"gain", one.gain}});
   return out;

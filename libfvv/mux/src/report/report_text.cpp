@@ -352,8 +352,8 @@ void view_lines(std::string &out, const Report &r, const ViewReport &view) {
        length_text(r.scale_unknown, view.step).c_str(), view.is_paper ? "paper" : "viewer", view.threshold,
        view.best, 100 * view.bytes / view.bytes_without);
   for (size_t k = 0; k < view.rungs.size(); k++)
-    line(out, "            rung %zu, of %g dB, %s %.2f dB", k + 1, view.rungs[k].psnr,
-         view.rungs[k].loss > 0 ? "loses" : "gains", std::abs(view.rungs[k].loss));
+    line(out, "            rung %zu, %g of the size with %.4g dB, %s %.2f dB", k + 1, view.rungs[k].scale,
+         view.rungs[k].psnr, view.rungs[k].loss > 0 ? "loses" : "gains", std::abs(view.rungs[k].loss));
 }
 
 void realtime_lines(std::string &out, const RealtimeReport &r) {
