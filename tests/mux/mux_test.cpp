@@ -74,9 +74,10 @@ TEST_CASE("a stream holds what the capture holds") {
   REQUIRE(configuration.camera_count == 3);
   for (size_t k = 0; k < 3; k++) CHECK(same_camera(configuration.cameras[k], capture.cameras[k].calibration));
   REQUIRE(configuration.metadata_count == 1);
-  CHECK(std::string(configuration.metadata[0].text, configuration.metadata[0].size) ==
-        std::string(R"({"generator":"fvvmux )") + fvv_version() +
-            R"(","name":"ball","frame_numbers":{"first":20,"step":3},"view":{"camera":13}})");
+  CHECK(
+      std::string(configuration.metadata[0].text, configuration.metadata[0].size) ==
+      std::string(R"({"generator":"fvvmux )") + fvv_version() +
+          R"(","name":"ball","frame_numbers":{"first":20,"step":3},"view":{"camera":13},"mesh_error":{"vertex":0.003}})");
   const std::vector<media::Image> pictures = stream.pictures();
   media::LumaError error;
   for (size_t i = 0; i < 5; i++) {

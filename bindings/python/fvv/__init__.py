@@ -13,7 +13,7 @@ Lengths are metres, times seconds, pixels have their centres at .5; cameras look
 
 from __future__ import annotations
 
-from . import interop
+from . import analysis, interop
 from ._core import Camera, Mesh, Picture, Sound, library_version
 from .audio import AudioInput
 from .clip import Clip, ClipFrame, check
@@ -71,6 +71,7 @@ __all__ = [
     "UnsupportedError",
     "UsageError",
     "Writer",
+    "analysis",
     "check",
     "compare",
     "decimate",

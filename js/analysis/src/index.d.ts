@@ -27,6 +27,8 @@ export interface Pick {
   barycentric: Vector;
   /** From the origin of the ray. */
   distance: number;
+  /** Cosine of the angle between the ray and the normal, either way. */
+  facing: number;
   /** Identifier of the object; null: the stream names none, or the piece of the mesh is none or several of them. */
   object: number | null;
   /** Identifiers of the objects that the piece is, where they are several that touch. */
@@ -109,3 +111,69 @@ export class ObjectPaths {
   /** The objects that a piece with a centre is. */
   at(centre: readonly number[], time: bigint | number): number[];
 }
+
+/** A value with half the width of the interval that holds the true one in 95 of 100 cases. */
+export interface Measurement {
+  value: number;
+  uncertainty: number;
+}
+
+/** A place with its uncertainty in metres. */
+export interface Point {
+  position: readonly number[];
+  uncertainty: number;
+}
+
+/** The key `mesh_error` of META (spec/registry.md); null: the stream does not say how exact its meshes are. */
+export function meshErrorOf(configuration: { readonly metadata: Configuration["metadata"] }): {
+  vertex: number;
+  pixels: number | null;
+  metres: number | null;
+} | null;
+
+/**
+ * The uncertainty of a place of the surface, in metres, from what the stream says of its meshes; null: it says nothing, or no camera sees
+ * the place. hull: the meshes are visual hulls; by how much they bulge is estimated from the directions of the cameras. How exactly
+ * somebody points is not contained.
+ */
+export function pointUncertainty(frame: Frame, picked: Pick, options?: { hull?: boolean }): number | null;
+/** A pick as a point; null as pointUncertainty. */
+export function pointOf(frame: Frame, picked: Pick, options?: { hull?: boolean }): Point | null;
+/** The centre of an object in a frame; null: it is not there, touches others, is in several pieces, or its uncertainty is unknown. */
+export function centreOf(frame: Frame, id: number): Point | null;
+
+/** Metres. */
+export function distance(a: Point, b: Point): Measurement;
+/** Degrees between a and b as seen from `at`; null: one of them is as near to it as they are uncertain. */
+export function angle(at: Point, a: Point, b: Point): Measurement | null;
+
+export interface Floor {
+  up: readonly number[];
+  /** Along up, from the origin of the stream's coordinates. */
+  level: number;
+  uncertainty: number;
+}
+/** The plane through the lowest place of the meshes; null: up or the uncertainty is unknown, or there is no mesh. */
+export function floorOf(frame: Frame): Floor | null;
+/** Metres over a floor. */
+export function height(point: Point, floor: Floor): Measurement;
+
+export interface Motion {
+  seconds: number;
+  /** Metres a second. */
+  velocity: Vector;
+  speed: Measurement;
+  /** Metres a second squared. */
+  acceleration: Measurement;
+}
+/**
+ * Speed and acceleration of a point over time, by the parabola that fits best around each sample; null where one of the samples
+ * around it is missing. around: how many before and after it are used, 2 or more, by default 2.
+ */
+export function motion(
+  samples: readonly ((Point & { seconds: number }) | null)[],
+  options?: { around?: number },
+): (Motion | null)[];
+
+/** Comma-separated values (RFC 4180) of rows with the same keys; a Measurement takes two columns. */
+export function csv(rows: readonly Record<string, Measurement | number | bigint | string | null>[]): string;

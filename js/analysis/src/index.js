@@ -1,5 +1,17 @@
 // @fvv/analysis: what is where in a frame of @fvv/decoder. index.d.ts documents the types.
 
+export {
+  angle,
+  centreOf,
+  csv,
+  distance,
+  floorOf,
+  height,
+  meshErrorOf,
+  motion,
+  pointOf,
+  pointUncertainty,
+} from "./measure.js";
 export { ObjectPaths, objectsOf, piecesOfFrame } from "./objects.js";
 export { pick, rayThrough } from "./pick.js";
 export { SurfaceTree } from "./surface_tree.js";

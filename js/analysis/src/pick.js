@@ -99,6 +99,7 @@ export function pick(frame, { origin, direction }) {
     face,
     barycentric,
     distance,
+    facing: Math.abs(dot(normal, along)),
     object: objects.length === 1 ? objects[0] : null,
     touching: objects.length > 1 ? objects : [],
     camera: cameraOf(frame, { mesh, face, local, normal }, origin),

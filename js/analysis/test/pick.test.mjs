@@ -9,42 +9,11 @@ import { test } from "node:test";
 import { createDecoder } from "../../decoder/dist/index.js";
 import { root, tool } from "../../testing/served.mjs";
 import { pick, rayThrough, SurfaceTree } from "../src/index.js";
+import { camerasOf, frameOf as makeFrame } from "./frames.mjs";
 
 const cases = JSON.parse(readFileSync(join(root, "tests/analysis/cases.json"), "utf8"));
-
-/** A camera without a lens. */
-function cameraOf({ id, K, R, t, size: [width, height] }) {
-  const project = (...p) => {
-    const [x, y, z] = R.map((row, k) => row.reduce((sum, r, i) => sum + r * p[i], t[k]));
-    return z > 0 ? [(K[0][0] * x) / z + K[0][2], (K[1][1] * y) / z + K[1][2], z] : null;
-  };
-  const centre = [0, 1, 2].map((k) => -R.reduce((sum, row, i) => sum + row[k] * t[i], 0));
-  return { id, width, height, centre, project, calibrated: true };
-}
-
-const cameras = cases.cameras.map(cameraOf);
-
-function frameOf(names) {
-  const meshes = names.map((name, track) => {
-    const { origin, points, faces } = cases.meshes[name];
-    return {
-      track,
-      origin,
-      localPositions: Float32Array.from(points.flat()),
-      faces: Uint32Array.from(faces.flat()),
-      faceCount: faces.length,
-    };
-  });
-  return {
-    time: 7n,
-    number: 2,
-    meshes,
-    mesh: meshes[0],
-    cameras,
-    configuration: { videos: [{ track: 9 }], texturing: cases.texturing },
-    tiles: () => cameras.map(({ id }) => ({ camera: id })),
-  };
-}
+const cameras = camerasOf(cases);
+const frameOf = (meshes) => makeFrame(cases, meshes);
 
 function near(found, expected, tolerance, what) {
   assert.ok(

@@ -1,6 +1,7 @@
 #include "mux/src/stream_writer.h"
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
+#include "fvv_scene/file_io.h"
 #include "mux/src/choose/choices.h"
 #include "mux/src/environment.h"
 
@@ -210,6 +211,26 @@ void StreamWriter::write_track(const fvv_track &track) {
             }));
 }
 
+namespace {
+
+// How far the meshes of the best rung are off their sources, as META has it (spec/registry.md); empty: there
+// are none, or it is not known.
+std::string mesh_error_of(const Plan &plan) {
+  if (plan.meshes.empty()) return {};
+  const MeshTrack &track = plan.meshes.front();
+  // At any error; and what is followed and not decimated is off by more than rounding.
+  if (track.decimation.on ? track.decimation.budget.triangles > 0 : plan.tracking.on) return {};
+  std::string text = R"(,"mesh_error":{"vertex":)";
+  scene::append_double(text, track.lattice.error());
+  if (track.decimation.on) {
+    text += track.decimation.is_length ? R"(,"metres":)" : R"(,"pixels":)";
+    scene::append_double(text, track.decimation.budget.pixels);
+  }
+  return text + "}";
+}
+
+} // namespace
+
 void StreamWriter::write_configuration() {
   const scene::Capture &capture = plan.capture;
   fvv_scene scene = {};
@@ -260,7 +281,8 @@ void StreamWriter::write_configuration() {
       R"({"generator":)" + quoted(std::string("fvvmux ") + fvv_version()) + R"(,"name":)" +
       quoted(capture.name) + R"(,"frame_numbers":{"first":)" + std::to_string(capture.frames.first) +
       R"(,"step":)" + std::to_string(capture.frames.step) + "}" +
-      (plan.first_view ? R"(,"view":{"camera":)" + std::to_string(*plan.first_view) + "}" : "") + "}";
+      (plan.first_view ? R"(,"view":{"camera":)" + std::to_string(*plan.first_view) + "}" : "") +
+      mesh_error_of(plan) + "}";
   configure(FVV_CHUNK_METADATA, 0, {text.begin(), text.end()});
   // A text of its own: readers of the other one need not parse it.
   if (!plan.objects.empty()) configure(FVV_CHUNK_METADATA, 0, {plan.objects.begin(), plan.objects.end()});

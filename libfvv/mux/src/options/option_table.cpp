@@ -290,6 +290,14 @@ std::vector<Option> selecting_options() {
   };
 }
 
+std::string parse_objects(const std::string &option, const std::string &text) {
+  const std::string ending = ".json";
+  const bool is_file =
+      text.size() > ending.size() && !text.compare(text.size() - ending.size(), ending.size(), ending);
+  if (text != "auto" && !is_file) refuse_value(option, "auto, or a file that ends in .json", text);
+  return text;
+}
+
 std::vector<Option> mesh_options() {
   return {
       Row("max-error", "ERROR",
@@ -353,9 +361,8 @@ std::vector<Option> mesh_options() {
           "follow the pieces of the meshes over time, and send the path of each, so that readers know one "
           "from "
           "the other; a JSON file with their names, or auto: they have none (docs/encoding/objects.md)")
-          .text<&Options::objects>(
-              "str", "names.json", [](const auto &, const auto &text) { return text; },
-              [](const std::string &text) { return text; })
+          .text<&Options::objects>("str", "names.json", parse_objects,
+                                   [](const std::string &text) { return text; })
           .of_capture(),
       Row("min-component", "N", "drop connected pieces with fewer faces")
           .number<&Options::min_component>(0, 1000000000),
