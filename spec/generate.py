@@ -82,7 +82,14 @@ def issues_page(data):
         + table(["issue", "name in code", "clause", "rule"], rows)
         + "\n\n## Requirements on programs\n\n"
         "These numbers name what a reader, player or tool has to do. No stream violates them, so no tool reports them; tests "
-        "of programs cite them.\n\n" + table(["requirement", "clause", "text"], requirements) + "\n"
+        "of programs cite them.\n\n" + table(["requirement", "clause", "text"], requirements) + "\n\n"
+        "## Order of checks\n\n"
+        "Where a chunk breaks several rules about its content, the first of its row counts (clause 2.5). A number that stands "
+        "twice has parts that are checked at different places. Of an entry, a part or a stream that is repeated, all rules are "
+        "checked before those of the next one. In front of the row of a chunk of a track are the limits of a group (FVV-7001), "
+        "FVV-1208, 1209, 1210, 1211, 4104 and 1212.\n\n"
+        + table(["type", "rules in order"], [(f"`{c['code']}`", c["checks"]) for c in data["chunks"]])
+        + "\n"
     )
 
 
@@ -228,7 +235,7 @@ def cxx_layout_header(data):
         "// Where a chunk of a type may be (unknown: a type without a rule), and which flags it has. The key flag is",
         "// free for chunks of frames.",
         "enum class ChunkPlace { unknown, configuration, group, frame, end };",
-        "enum class ChunkTrack { none, own, any };",
+        "enum class ChunkTrack { none, own };",
         "struct ChunkRule {",
         "  uint32_t type;",
         "  ChunkPlace place;",

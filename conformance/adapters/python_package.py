@@ -11,7 +11,7 @@ import fvv
 import numpy
 from protocol import serve
 
-FILE_HEADER, CHUNK_HEADER = 24, 32
+CHUNK_HEADER = 32
 PARTS = ["check", "mesh", "camera", "visibility", "colours", "environment"]
 
 
@@ -131,56 +131,19 @@ def environments(clip, frames):
     return out
 
 
-def chunk_at(content, problem):
-    """Issues are reported where the chunk begins, also those of a place within its payload."""
-    at, before = FILE_HEADER, None
-    if problem.offset < FILE_HEADER:
-        return problem.offset if problem.issue == 1005 else 0
-    is_payload = problem.issue >= 2000 and problem.issue != 7001
-    while at + CHUNK_HEADER <= len(content):
-        (size,) = struct.unpack_from("<Q", content, at + 16)
-        end = at + CHUNK_HEADER + (size + 7) // 8 * 8
-        kind = content[at : at + 4].decode("latin-1")
-        if problem.offset == at and is_payload and before is not None:
-            former = content[before : before + 4].decode("latin-1")
-            if kind != problem.chunk or former == problem.chunk:
-                return before
-        if at <= problem.offset < end:
-            return at
-        at, before = end, at
-    return before if is_payload and problem.offset == at and before is not None else problem.offset
+def is_whole(ticks, runs):
+    return any(first <= ticks <= last for first, last in runs)
 
 
-#: Chunks of configuration blocks, and issues after which a reader from front to back stops.
-BLOCK = {"SCEN", "TRAK", "META", "CAMR", "VCFG", "ACFG", "TEXR"}
-FINAL = {1106, 1108, 7001}
-
-
-def doubtful(clip, content, problems):
-    """Times of frames that fvv.check does not call whole, by its problems. Random access does not meet all of them."""
-    chunks, times = clip.chunks(), set()
-    for problem in problems:
-        offset, issue = chunk_at(content, problem), problem.issue
-        group = chunks["group"][chunks["offset"] == offset]
-        if issue >= 3000 and issue not in FINAL:
-            found = chunks["offset"] == offset
-        elif issue in FINAL or 2000 <= issue < 3000 or (issue == 1201 and problem.chunk in BLOCK):
-            found = chunks["offset"] >= offset
-        else:
-            found = (chunks["offset"] >= offset) & numpy.isin(chunks["group"], group)
-        times.update(int(time) for time in chunks["time"][found])
-    return times
-
-
-def read(content, problems):
-    """What a clip holds."""
+def read(content, runs):
+    """What a clip holds. runs: the times of whole frames, by fvv.check; random access does not meet all faults."""
     with fvv.open(content) as clip:
         visibility = Visibility(clip)
         frames, intact = [], []
-        times = doubtful(clip, content, problems)
         for frame in clip:
             try:
-                if frame.ticks in times:
+                # A group of a wrong time may repeat those of an earlier one.
+                if not is_whole(frame.ticks, runs) or any(frame.ticks == other.ticks for other in intact):
                     continue
                 frames.append({"time": frame.ticks, "arrays": frame_arrays(frame, visibility)})
                 intact.append(frame)
@@ -195,14 +158,14 @@ def read(content, problems):
 
 def report(content, live):
     found = fvv.check(content)
-    issues = [(chunk_at(content, p), p.issue) for p in found.problems if p.issue is not None]
+    issues = [(p.chunk_offset, p.issue) for p in found.problems if p.issue is not None]
     out = {
         "status": "damaged" if found.problem_count else "whole",
         "issues": [{"issue": f"FVV-{issue}", "offset": offset} for offset, issue in sorted(issues)],
         "summary": {"groups": found.groups, "frames": found.frames, "ended": found.complete},
     }
     try:
-        out.update(read(content, [p for p in found.problems if p.issue is not None]))
+        out.update(read(content, found.whole))
     except fvv.Error:
         out.update({"frames": [], "environment": {}})
         if found.problem_count:

@@ -146,6 +146,10 @@ def content_differences(expected, report, parts, all_of_it):
         # A fault that decoding does not meet takes nothing from the frames of who does not look for it.
         others = bool(expected.get("needs_check"))
         yield from frame_differences(expected["frames"], report["frames"], parts, all_of_it, others)
+        there = {number(frame["time"]) for frame in report["frames"]}
+        for time in expected.get("required", []):
+            if time not in there:
+                yield f"frame {time}: missing, although the fault does not touch it"
     if "sound" in parts and "sounds" in expected:
         yield from sound_differences(expected["sounds"], report.get("sounds", {}), all_of_it)
     if "environment" in parts and "environment" in expected:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from reference import possible
 from reference.container import DATA
-from reference.decoder import report
+from reference.decoder import read, report
 
 CASES = pathlib.Path(__file__).resolve().parent.parent / "cases"
 FORMAT = f"{DATA['format']['major']}.{DATA['format']['minor']}"
@@ -18,6 +18,9 @@ FILES = ("input.fvv", "expected.json")  # of one case
 # already, a codec of sound that players skip.
 NEEDS_CHECK = {3016, 3032, 4302, 8003, 8004}
 REFUSED = {1001, 1004, 1005, 1106, 1108}
+# Faults that cost an ancillary chunk or one track, and no frame: clause 5.
+ANCILLARY = (b"META", b"TEXR", b"ACFG")
+STOPPED = {2205, 4002}
 
 
 class Case(NamedTuple):
@@ -107,6 +110,20 @@ def description(case, fault):
     return out | {"format": FORMAT}
 
 
+def required(data, fault):
+    """The times of the frames that a decoder has to find for all the fault: those of groups that end before it, and where it
+    costs no more than an ancillary chunk or a track all of them. A decoder may trust the index."""
+    issue_number, offset = fault
+    if data[offset : offset + 4] in (b"INDX", b"FOOT"):
+        return []
+    costs_none = issue_number in STOPPED or data[offset : offset + 4] in ANCILLARY
+    out = []
+    for group in read(data, {}).groups:
+        if group.ended and (costs_none or group.until <= offset):
+            out += [time for time, _ in group.whole()]
+    return out
+
+
 def expectation(case, data, fault):
     """The report in expected.json. What the stream holds comes from the reference decoder; status, issue and place from the writer."""
     found = report(data)
@@ -121,6 +138,8 @@ def expectation(case, data, fault):
         # Without a footer only a reader from front to back finds an index.
         del found["summary"]["indexed"]
     out |= {part: found[part] for part in ("frames", "sounds", "environment", "summary")}
+    if fault and not refused and (times := required(data, fault)):
+        out["required"] = times
     return out
 
 

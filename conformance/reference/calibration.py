@@ -38,8 +38,8 @@ class Track:
     def __init__(self, lenses):
         self.lenses, self.last, self.number, self.bits = lenses, {}, None, None
 
-    def add(self, payload, key):
-        """Reads a CALB payload and returns the cameras that are calibrated, by identifier."""
+    def add(self, payload, key, check=lambda identifier, found: None):
+        """Reads a CALB payload and returns the cameras that are calibrated, by identifier. check: raises where one breaks a rule."""
         demand(len(payload) >= 8, 5101, "size")
         number, *bits, count = struct.unpack_from("<H4BH", payload)
         demand(8 <= bits[0] <= 25 and max(bits[1:]) <= 40, 5101, f"bits {bits}")
@@ -48,6 +48,7 @@ class Track:
             self.last = {}
         else:
             demand(number == self.number + 1 and bits == self.bits, 5103, f"number {number}, bits {bits}")
+        demand(count <= len(self.lenses), 5102, f"{count} entries")
         self.number, self.bits = number, bits
         numbers, out = Numbers(payload, 8, 5101), {}
         for _ in range(count):
@@ -59,6 +60,7 @@ class Track:
             demand(all(abs(value) <= 2**53 for value in values), 5104, "a value beyond 2^53")
             self.last[identifier] = values
             out[identifier] = camera(values, bits, lens)
+            check(identifier, out[identifier])
         demand(numbers.at == len(payload), 5101, "bytes after the last entry")
         return out
 

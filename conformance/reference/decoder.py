@@ -43,7 +43,7 @@ class Reader:
         self.issues, self.refused = [], False
         self.place, self.counter, self.suppressed, self.damaged, self.loss = (
             "start",
-            None,
+            -1,
             False,
             False,
             False,
@@ -160,9 +160,7 @@ class Reader:
             timed = False
         demand(timed or chunk.time == 0, 1109, f"time {chunk.time}")
         own = known["track"]
-        demand(
-            chunk.track == 0 if own == "none" else chunk.track or own == "any", 1109, f"track {chunk.track}"
-        )
+        demand(chunk.track == 0 if own == "none" else chunk.track, 1109, f"track {chunk.track}")
 
     def check_place(self, chunk, known):
         kind, place = chunk.kind, self.place
@@ -243,8 +241,8 @@ class Reader:
             self.note(chunk.offset, failure.issue, str(failure))
             raise Refused from failure
         except Broken as failure:
-            if failure.issue not in (4002, 4302):
-                self.block.valid = False
+            # An ancillary chunk, or a codec that is not known, takes no more than itself or its track: clause 5.
+            self.block.valid &= failure.issue == 4002 or not chunk.flags & CRITICAL
             raise
         if chunk.kind == b"SCEN":
             self.first_scene = self.first_scene or self.block.scene
@@ -260,13 +258,19 @@ class Reader:
                 block.finish()
             except Broken as failure:
                 block.valid = False
-                if block.complete and chunk and chunk.payload[4:8] == digest.to_bytes(4, "little"):
-                    self.damaged = True
-                    self.note(block.at, failure.issue, str(failure))
+                self.note_whole(block, chunk, failure.issue, str(failure))
+        if block.valid and block.silent():
+            self.note_whole(block, chunk, 2205, "an audio track without ACFG")
         if block.valid:
             self.blocks[digest] = block
         if self.run[1] != digest:
             self.run = self.run[0] + 1, digest
+
+    def note_whole(self, block, chunk, issue, text):
+        """A rule of the whole block. chunk: the GRUP that names its digest, which shows that nothing of it is missing."""
+        if block.complete and chunk and chunk.payload[4:8] == block.digest().to_bytes(4, "little"):
+            self.damaged = True
+            self.note(block.at, issue, text)
 
     def begin(self, chunk, broken):
         self.close_block(chunk)
@@ -340,6 +344,7 @@ class Reader:
                 group.finish(chunk)
         except Broken as failure:
             self.order_broken(chunk.offset, failure.issue, str(failure))
+        group.until = chunk.end
         if group.ended and not any(chunk.padding):
             block = group.at_block
             if block and (not self.listed or self.listed[-1][0] != block.offset):
@@ -433,7 +438,7 @@ class Reader:
         for identifier, track in block.tracks.items() if block else ():
             entry = {"id": identifier, "kind": KIND_NAMES.get(track.kind, "unknown")}
             coded = block.videos.get(identifier) or block.audios.get(identifier)
-            if coded:
+            if coded and identifier not in block.stopped:
                 entry["codec"] = coded.codec.decode("latin-1")
             tracks.append(entry)
         return {

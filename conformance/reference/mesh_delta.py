@@ -161,12 +161,17 @@ class Sequence:
         """The positions of the last frame."""
         return [[x + 2 >> 2 for x in state] for state in self.states]
 
+    def check_number(self, payload, at):
+        """Of the delta_mesh( ) at an offset of a MESH payload. Returns the numbers behind it."""
+        numbers = Numbers(payload, at, 3021)
+        number = numbers.next()
+        demand(number == self.frame + 1, 3019, f"delta frame {number}, expected {self.frame + 1}")
+        return numbers
+
     def add(self, payload, at=16):
         """Decodes the delta_mesh( ) that is in a MESH payload from an offset on."""
-        numbers = Numbers(payload, at, 3021)
+        numbers = self.check_number(payload, at)
         self.frame += 1
-        number = numbers.next()
-        demand(number == self.frame, 3019, f"delta frame {number}, expected {self.frame}")
         count = numbers.next()
         demand(count == len(self.hierarchy.levels), 3020, f"{count} levels")
         coded = [(numbers.next(), numbers.next()) for _ in self.hierarchy.levels]

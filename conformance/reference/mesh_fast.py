@@ -131,15 +131,22 @@ class Faces:
         return self._far() if half == 15 else self.recent[half - 1]
 
 
-def streams(payload):
-    """The decoded vertex and index streams of a whole MESH payload of profile 4."""
+def split(payload):
+    """The bytes of the vertex stream and of the index stream, and those of one vertex, of a MESH payload of profile 4."""
     _, attributes, _, _, vertices, faces = struct.unpack_from("<4B2I", payload)
     demand(len(payload) >= 20, 3023, "no size of the vertex stream")
     (size,) = struct.unpack_from("<I", payload, 16)
     stride, rest = 12 + 8 * bin(attributes).count("1"), payload[20:]
     demand(size <= len(rest), 3023, "the vertex stream is cut")
     demand(33 + stride * -(-vertices // 64) <= size and 17 + faces <= len(rest) - size, 3024, "density")
-    return Vertices(rest[:size], vertices, stride), Faces(rest[size:], faces)
+    return rest[:size], rest[size:], stride
+
+
+def streams(payload):
+    """The decoded vertex and index streams of a whole MESH payload of profile 4."""
+    vertices, faces = struct.unpack_from("<2I", payload, 4)
+    vertex_stream, index_stream, stride = split(payload)
+    return Vertices(vertex_stream, vertices, stride), Faces(index_stream, faces)
 
 
 def decode(payload):

@@ -131,7 +131,7 @@ TEST_CASE("each rule of environments has a faulty payload") {
   check_refused(with(good, part + 14, uint8_t(8)), FVV_ISSUE_ENVIRONMENT_PAYLOAD);
   check_refused(with(good, light + 1, uint8_t(2)), FVV_ISSUE_ENVIRONMENT_PAYLOAD);
   for (const size_t count : {32, 36, 40})
-    check_refused(with(good, count, ~0u), FVV_ISSUE_ENVIRONMENT_PAYLOAD);
+    check_refused(with(good, count, ~0u), FVV_ISSUE_LIMIT, FVV_ERROR_LIMIT);
   for (const size_t size : {part, part + 48, picture + 12, picture + 28}) {
     check_refused(with(good, size, 0u), FVV_ISSUE_ENVIRONMENT_PAYLOAD);
     check_refused(with(good, size, ~0u), FVV_ISSUE_ENVIRONMENT_PAYLOAD);

@@ -209,7 +209,7 @@ TEST_CASE("times of sound are compared exactly") {
   const auto follow = [&](int64_t start, int64_t time, int64_t end, uint32_t preroll = 0) {
     fvv_audio_place place = {};
     const fvv_audio_chunk chunk = {start, 1 + preroll, preroll, {}};
-    return fvv_audio_follow(&place, &config, ntsc, &chunk, time, end, nullptr);
+    return fvv_audio_follow(&place, &config, ntsc, &chunk, 1, time, end, nullptr);
   };
   // Tick 30 is at 1.001 s, which is sample 48048.
   CHECK(follow(48048, 30, 31) == FVV_OK);
@@ -225,6 +225,16 @@ TEST_CASE("times of sound are compared exactly") {
   CHECK(follow(far, far / 1602, far) == FVV_OK);
   CHECK(follow(INT64_MAX - 100, 0, INT64_MAX) == FVV_ERROR_INVALID);
   CHECK(follow(INT64_MIN, INT64_MIN / 1000, 0) == FVV_OK);
+}
+
+TEST_CASE("only the first chunk of sound in a group is a key") {
+  const fvv_audio_config config = opus();
+  fvv_audio_place place = {};
+  const fvv_audio_chunk first = {0, 1, 0, {}}, second = {960, 1, 0, {}};
+  CHECK(fvv_audio_follow(&place, &config, {1, 50}, &first, 1, 0, 9, nullptr) == FVV_OK);
+  fvv_audio_place other = place;
+  CHECK(fvv_audio_follow(&place, &config, {1, 50}, &second, 0, 1, 9, nullptr) == FVV_OK);
+  CHECK(fvv_audio_follow(&other, &config, {1, 50}, &second, 1, 1, 9, nullptr) == FVV_ERROR_INVALID);
 }
 
 TEST_CASE("sound makes no frames, and no frame waits for it") {

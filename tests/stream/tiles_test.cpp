@@ -184,7 +184,7 @@ TEST_CASE("the writer and the checker refuse a layout in the wrong place") {
     void (*spoil)(std::vector<Chunk> &chunks);
   };
   const Case cases[] = {
-      {"second", FVV_ISSUE_TILE_GROUP,
+      {"second", FVV_ISSUE_CHUNK_TIME_ORDER,
        [](std::vector<Chunk> &c) { c.insert(c.begin() + 2, layout_chunk(6, crops(1))); }},
       {"after a sample", FVV_ISSUE_TILE_GROUP,
        [](std::vector<Chunk> &c) {

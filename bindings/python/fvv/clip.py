@@ -440,4 +440,5 @@ def check(source: Readable, *, decode: bool = True, limits: Limits | None = None
     what = Source(source)
     found = _core.check(what.core, what.name, decode, _given(limits))
     problems = tuple(Problem(*problem) for problem in found.pop("problems"))
+    found["whole"] = tuple(found["whole"])
     return Check(problems=problems, **found)

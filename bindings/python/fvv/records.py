@@ -75,7 +75,8 @@ class Problem:
     status: str  #: "damaged", "truncated", "invalid", ...
     issue: int | None  #: The number n of FVV-n in spec/issues.md.
     chunk: str | None  #: The four characters of the chunk's type, such as "MESH".
-    offset: int | None  #: Bytes from the start of the stream.
+    offset: int | None  #: Bytes from the start of the stream, of the field that is wrong.
+    chunk_offset: int | None  #: The same of the header of its chunk.
     text: str  #: The whole line.
 
     def __str__(self) -> str:
@@ -93,6 +94,7 @@ class Check:
     groups: int
     frames: int
     whole_frames: int  #: Every chunk arrived undamaged and, with decode, every mesh decodes.
+    whole: tuple[tuple[int, int], ...]  #: Ticks of the first and the last frame of each run of whole frames.
     complete: bool  #: The footer was read. A live stream has none.
     format: tuple[int, int]  #: Version that the writer followed.
 

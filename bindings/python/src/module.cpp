@@ -72,8 +72,14 @@ py::dict check(const py::object &object, const std::string &name, bool decode, c
   py::list problems;
   for (size_t i = 0; i < fvv_checker_problem_count(checker.get()); i++)
     problems.append(describe(*fvv_checker_problem(checker.get(), i), name));
+  py::list whole;
+  for (size_t i = 0; i < fvv_checker_run_count(checker.get()); i++) {
+    const fvv_frame_run &run = *fvv_checker_run(checker.get(), i);
+    whole.append(py::make_tuple(run.first_time, run.last_time));
+  }
   py::dict out;
   out["problems"] = problems;
+  out["whole"] = whole;
   out["problem_count"] = summary.problems;
   out["bytes"] = summary.bytes;
   out["chunks"] = summary.chunks;

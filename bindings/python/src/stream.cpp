@@ -118,6 +118,7 @@ py::tuple describe(const fvv_diagnostic &diagnostic, const std::string &file) {
                         diagnostic.issue ? py::object(py::int_(diagnostic.issue)) : py::none(),
                         chunk_name(diagnostic.chunk_type),
                         placed ? py::object(py::int_(diagnostic.offset)) : py::none(),
+                        placed ? py::object(py::int_(diagnostic.chunk_offset)) : py::none(),
                         text_of(failure.line.data(), failure.line.size()));
 }
 

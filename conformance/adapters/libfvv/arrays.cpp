@@ -218,7 +218,8 @@ void take_sound_of_group(fvv_stream *stream, size_t group, std::set<uint64_t> &o
                                 packets.size(), nullptr);
     if (status == FVV_OK)
       status = fvv_audio_follow(&places[chunks[i].track], config, configuration->scene.time_base, &chunk,
-                                chunks[i].time, fvv_stream_group(stream, group)->end, nullptr);
+                                chunks[i].flags & FVV_FLAG_KEY, chunks[i].time,
+                                fvv_stream_group(stream, group)->end, nullptr);
     if (status == FVV_OK) {
       take_packets(tracks[chunks[i].track], chunk, packets);
       offsets.erase(chunks[i].offset);

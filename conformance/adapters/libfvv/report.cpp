@@ -16,32 +16,20 @@ using nlohmann::json;
 
 namespace {
 
-// Bytes, clauses 3.1 and 4.1 of the specification.
-constexpr uint64_t file_header_size = 24, chunk_header_size = 32;
-
 // Of a frame: the offset of its group, and its time.
 using Place = std::pair<uint64_t, int64_t>;
 
-struct Extent {
-  uint64_t end; // of the padding
-  uint32_t type;
-};
-
 // What the reader's events tell about a stream.
 struct Seen {
-  std::map<uint64_t, Extent> chunks; // by the offset of the header
-  std::vector<Place> frames;         // in order of the stream
-  uint64_t group = 0;                // offset of the last GRUP
-  std::set<uint64_t> sound;          // offsets of AUDI chunks before which nothing of their group is wrong
+  std::vector<Place> frames; // in order of the stream
+  uint64_t group = 0;        // offset of the last GRUP
+  std::set<uint64_t> sound;  // offsets of AUDI chunks before which nothing of their group is wrong
   bool has_index = false;
 };
 
 void take_event(void *user, const fvv_event *event) {
   Seen &seen = *static_cast<Seen *>(user);
   const fvv_chunk_header &chunk = event->chunk;
-  if (event->kind != FVV_EVENT_CHUNK && !(event->kind == FVV_EVENT_DAMAGE && event->has_chunk)) return;
-  const uint64_t payload = event->offset + chunk_header_size;
-  seen.chunks[event->offset] = {payload + (std::min(chunk.size, uint64_t(1) << 62) + 7) / 8 * 8, chunk.type};
   if (event->kind != FVV_EVENT_CHUNK) return;
   if (chunk.type == FVV_CHUNK_GROUP) seen.group = event->offset;
   if (chunk.type == FVV_CHUNK_AUDIO && event->group_intact) seen.sound.insert(event->offset);
@@ -49,24 +37,6 @@ void take_event(void *user, const fvv_event *event) {
   if ((chunk.type != FVV_CHUNK_MESH && chunk.type != FVV_CHUNK_VIDEO_PACKET) || !chunk.track) return;
   const Place place = {seen.group, chunk.time};
   if (seen.frames.empty() || seen.frames.back() != place) seen.frames.push_back(place);
-}
-
-// Issues are reported where the chunk begins, also those of a place within its payload. What a payload lacks
-// is missing where the chunk ends, which is where the next one begins.
-uint64_t chunk_at(const Seen &seen, const fvv_diagnostic &problem) {
-  if (problem.offset < file_header_size)
-    return problem.issue == FVV_ISSUE_FILE_HEADER_TRUNCATED ? problem.offset : 0;
-  auto at = seen.chunks.upper_bound(problem.offset);
-  if (at == seen.chunks.begin()) return problem.offset;
-  --at;
-  const bool is_payload = problem.issue >= 2000 && problem.issue != FVV_ISSUE_LIMIT;
-  if (is_payload && at->first == problem.offset && at != seen.chunks.begin() &&
-      (at->second.type != problem.chunk_type || std::prev(at)->second.type == problem.chunk_type))
-    --at;
-  const uint64_t end = at->second.end;
-  if (problem.offset < end + is_payload) return at->first;
-  // A header that is wrong begins where the chunk before ends.
-  return problem.offset - end < chunk_header_size ? end : problem.offset;
 }
 
 struct CheckerDeleter {
@@ -95,11 +65,11 @@ std::set<Place> whole_frames(const fvv_checker *checker, const Seen &seen) {
   return out;
 }
 
-json issues(const fvv_checker *checker, const Seen &seen) {
+json issues(const fvv_checker *checker) {
   std::vector<std::pair<uint64_t, uint32_t>> found;
   for (size_t i = 0; i < fvv_checker_problem_count(checker); i++) {
     const fvv_diagnostic &problem = *fvv_checker_problem(checker, i);
-    if (problem.issue) found.push_back({chunk_at(seen, problem), problem.issue});
+    if (problem.issue) found.push_back({problem.chunk_offset, problem.issue});
   }
   std::stable_sort(found.begin(), found.end(), [](auto &a, auto &b) { return a.first < b.first; });
   json out = json::array();
@@ -162,7 +132,7 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
   json out = {{"status", status < 0 ? "refused"
                          : is_whole ? "whole"
                                     : "damaged"},
-              {"issues", issues(created, seen)},
+              {"issues", issues(created)},
               {"frames", json::array()},
               {"sounds", json::object()},
               {"environment", json::object()},

@@ -295,6 +295,12 @@ def chunk_bytes():
 
     faulty("fields_scene_time", "SCEN has a time.", "4.6", lambda: scene(time=1, fault=1109))
     faulty("fields_scene_track", "SCEN has a track.", "4.6", lambda: scene(track=1, fault=1109))
+    faulty(
+        "fields_meta_track",
+        "META has a track.",
+        "4.6 5.3",
+        lambda: between(lambda s: None, more=lambda s: s.chunk("META", b"{}", track=1, fault=1109)),
+    )
     faulty("fields_mesh_without_track", "A MESH chunk has the track 0.", "4.6", mesh(track=0, fault=1109))
     faulty(
         "fields_group_track",

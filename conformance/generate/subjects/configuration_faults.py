@@ -203,6 +203,12 @@ def tracks():
         "same_rank", "Two alternatives have the same rank.", one, payloads.track(MESH, alternate_group=1)
     )
     alternates(
+        "no_rank_0",
+        "No alternative has the rank 0.",
+        payloads.track(MESH, alternate_group=1, rank=1),
+        payloads.track(MESH, alternate_group=1, rank=2),
+    )
+    alternates(
         "other_kind",
         "Alternatives are of different kinds.",
         one,

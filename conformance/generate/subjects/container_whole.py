@@ -217,10 +217,10 @@ def names():
         lambda: one(track=payloads.track(1, "m", bit_rate=2**32 - 1, nominal_size=2**32 - 1)),
     )
 
-    def meta(*texts, track=0):
+    def meta(*texts):
         def more(s):
             for text in texts:
-                s.chunk("META", text.encode(), track=track)
+                s.chunk("META", text.encode())
 
         return lambda: one(more=more)
 
@@ -231,7 +231,6 @@ def names():
         meta('{"title": "Spielzug 3", "takes": [1, 2.5, null]}'),
     )
     valid("meta_two", "Two META chunks of the scene and none is merged.", "5.3", meta('{"a": 1}', '{"a": 2}'))
-    valid("meta_of_track", "META of a track.", "5.3", meta('{"source": "left"}', track=1))
     valid("meta_empty", "META without a byte.", "5.3", meta(""), uncommon=True)
     valid(
         "meta_no_json", "META that is no JSON: readers ignore it.", "5.3", meta("not { json"), uncommon=True
@@ -382,6 +381,14 @@ def unknown():
         requirements=(9001,),
     )
     valid(
+        "unknown_before_track",
+        "An unknown chunk between SCEN and TRAK.",
+        "4.5",
+        unknown_before_track,
+        uncommon=True,
+        requirements=(9001,),
+    )
+    valid(
         "unknown_in_group",
         "Unknown chunks between, before and after the frames of a group.",
         "4.5",
@@ -460,6 +467,16 @@ def header(**fields):
     s = opened(**fields)
     group(s, 0)
     return ended(s)
+
+
+def unknown_before_track():
+    s = Stream()
+    s.chunk("SCEN", payloads.scene())
+    s.chunk("priv", b"early")
+    s.chunk("TRAK", payloads.track(payloads.MESH, "mesh"), track=1)
+    group(s, 0)
+    s.finish()
+    return s
 
 
 def unknown_group():

@@ -113,6 +113,13 @@ def whole():
         "opus_six_channels", "Opus with six channels of mapping family 1.", payloads.audio(family, channels=6)
     )
     one(
+        "opus_silent_channel",
+        "Opus whose third channel is silent, in a record of version 15.",
+        payloads.audio(
+            payloads.opus_head(3, family=1, version=15, table=bytes([2, 1, 0, 1, 255])), channels=3
+        ),
+    )
+    one(
         "opus_gain",
         "Opus with an output gain and another input rate.",
         payloads.audio(payloads.opus_head(gain=-256, rate=44100)),
@@ -252,9 +259,26 @@ def config_faults():
         ("opus_channels", "The record of Opus has two channels, ACFG one.", payloads.opus_head(2)),
         ("opus_short", "The record of Opus has 18 bytes.", head[:-1]),
         ("opus_long", "A byte follows the record of Opus.", head + b"\0"),
+        (
+            "opus_family",
+            "The record of Opus has mapping family 2.",
+            payloads.opus_head(4, family=2, table=bytes([4, 0, 0, 1, 2, 3])),
+        ),
+        (
+            "opus_streams",
+            "The record of Opus has more coupled streams than streams.",
+            payloads.opus_head(3, family=1, table=bytes([1, 2, 0, 1, 2])),
+        ),
         ("opus_table", "The record of Opus has mapping family 1 and no table.", payloads.opus_head(family=1)),
     ):
         config_fault(name, title, 4304, payloads.audio(bad))
+    six = bytes([4, 2, 0, 4, 1, 2, 3, 33])
+    config_fault(
+        "opus_mapping",
+        "A channel of Opus is decoded channel 33 of 6.",
+        4304,
+        payloads.audio(payloads.opus_head(6, family=1, table=six), channels=6),
+    )
     config_fault("record_empty", "The record is empty.", 4304, payloads.audio(b""))
     config_fault(
         "opus_base",
@@ -365,6 +389,13 @@ def chunk_faults():
         "The last packet begins at the end of the group.",
         4306,
         payloads.sound(at, [SILENCE] * 15),
+    )
+    chunk_fault(
+        "key_later",
+        "A chunk that is not the first of its group has the key flag.",
+        4306,
+        good,
+        first=True,
     )
     chunk_fault(
         "preroll_later",

@@ -451,11 +451,21 @@ def config_faults():
         "config_text", "The codec string is no UTF-8.", "2.2 10.1", 2104, of("h264"), string=b"avc1.\xff4000a"
     )
     config_fault("codec_unknown", "The codec is unknown.", "10.1", 4002, jpeg, codec=b"vvc1")
+    config_fault("shows_2", "The track shows something unknown.", "10.1 16", 4002, jpeg, shows=2)
+    config_fault(
+        "shows_255_string",
+        "The same, with a codec string and a width of 0.",
+        "10.1 16",
+        4002,
+        jpeg,
+        shows=255,
+        width=0,
+        string="x",
+    )
     config_fault("codec_case", "The codec is JPEG instead of jpeg.", "10.1", 4002, jpeg, codec=b"JPEG")
     for name, fields in (
         ("width_zero", {"width": 0}),
         ("height_zero", {"height": 0}),
-        ("shows_2", {"shows": 2}),
         ("depth_7", {"bit_depth": 7}),
         ("depth_17", {"bit_depth": 17}),
         ("jpeg_depth_10", {"bit_depth": 10}),

@@ -47,18 +47,17 @@ class Scene:
 
 
 class Track:
-    def __init__(self, identifier, payload):
+    def __init__(self, payload):
         demand(len(payload) >= 24, 2101, "size")
         self.kind, reserved, name_size, numerator, denominator, self.group, self.rank = struct.unpack_from(
             "<BBHIIHH", payload
         )
         demand(reserved == 0 and len(payload) == 24 + name_size, 2101, "size or reserved byte")
-        demand(identifier > 0, 2102, "track 0")
         demand(self.kind > 0, 2103, "kind 0")
-        text(payload[24:])
         demand((numerator == 0) == (denominator == 0), 2105, "half a time base")
         demand(not numerator or self.kind not in WITHOUT_TIME_BASE, 2105, "a time base of its own")
         demand(self.group or not self.rank, 2106, "a rank without an alternate group")
+        text(payload[24:])
         self.base = Fraction(numerator, denominator) if numerator else None
 
 
@@ -74,30 +73,34 @@ class Tile:
         return [self.camera, *self.source, *self.destination]
 
 
-def tiles(payload):
-    demand(len(payload) >= 8, 4101, "size")
-    count, reserved = struct.unpack_from("<II", payload)
-    demand(count > 0 and reserved == 0 and len(payload) == 8 + 24 * count, 4101, "size or reserved bytes")
-    return [Tile(payload[at : at + 24]) for at in range(8, len(payload), 24)]
-
-
 def overlap(a, b):
     return all(a[i] < b[i] + b[i + 2] and b[i] < a[i] + a[i + 2] for i in (0, 1))
 
 
-def check_tiles(layout, video, cameras):
-    """FVV-4102 and 4103. cameras: by identifier."""
+def tiles(payload):
+    demand(len(payload) >= 8, 4101, "size")
+    count, reserved = struct.unpack_from("<II", payload)
+    demand(count > 0 and len(payload) == 8 + 24 * count, 4101, "size")
+    demand(count <= CAMERAS, 7001, f"{count} tiles")
+    demand(reserved == 0, 4101, "reserved bytes")
+    layout = [Tile(payload[at : at + 24]) for at in range(8, len(payload), 24)]
     for tile in layout:
-        camera = cameras.get(tile.camera)
-        for (x, y, width, height), whole in (tile.source, camera), (tile.destination, video):
-            demand(width > 0 and height > 0, 4102, "an empty rectangle")
-            if whole:
-                demand(x + width <= whole.width and y + height <= whole.height, 4102, "a rectangle outside")
-        demand(not any(c % 16 for c in tile.destination[:2]), 4102, "an unaligned destination")
+        demand(all(tile.source[2:]) and all(tile.destination[2:]), 4102, "an empty rectangle")
+    demand(not any(c % 16 for tile in layout for c in tile.destination[:2]), 4102, "an unaligned destination")
     demand(len({tile.camera for tile in layout}) == len(layout), 4103, "two tiles of a camera")
     for i, tile in enumerate(layout):
         for other in layout[:i]:
             demand(not overlap(tile.destination, other.destination), 4103, "destinations overlap")
+    return layout
+
+
+def check_places(layout, video, cameras):
+    """FVV-2203 and 4102 of a layout of a configuration or a group. cameras: by identifier."""
+    for tile in layout:
+        demand(tile.camera in cameras, 2203, f"camera {tile.camera} of a tile")
+    for tile in layout:
+        for (x, y, width, height), whole in (tile.source, cameras[tile.camera]), (tile.destination, video):
+            demand(x + width <= whole.width and y + height <= whole.height, 4102, "a rectangle outside")
 
 
 class Bits:
@@ -115,8 +118,8 @@ def aac_record(record):
     bits = Bits(record)
     demand(bits.take(5) == 2, 4304, "no AAC-LC")
     index = bits.take(4)
-    demand(index < len(AAC_RATES) or index == 15, 4304, "sampling frequency")
-    rate = bits.take(24) if index == 15 else AAC_RATES[index]
+    demand(index < len(AAC_RATES), 4304, "sampling frequency")
+    rate = AAC_RATES[index]
     channels = bits.take(4)
     demand(0 < channels < 8, 4304, "channel configuration")
     demand(bits.take(1) == 0, 4304, "frames of 960 samples")
@@ -130,7 +133,7 @@ def opus_record(record):
     if family == 0:
         demand(channels <= 2 and len(record) == 19, 4304, "mapping family 0")
     else:
-        demand(len(record) == 21 + channels, 4304, "channel mapping table")
+        demand(family == 1 and len(record) == 21 + channels, 4304, "channel mapping table")
         streams, coupled = record[19:21]
         demand(streams > 0 and coupled <= streams and streams + coupled <= 255, 4304, "streams")
         demand(all(c == 255 or c < streams + coupled for c in record[21:]), 4304, "channel mapping")
@@ -148,11 +151,11 @@ class Audio:
         demand(reserved == 0 and self.flags < 4, 4301, "reserved bits")
         text(payload[48 + record :])
         self.known = self.codec in (b"opus", b"mp4a")
+        if not self.known:
+            return
         demand(1 <= channels <= 8 and self.duration > 0, 4303, "channels or packet duration")
         demand(self.flags != MOVES and all(map(math.isfinite, position)), 4303, "flags or position")
         demand(self.flags & PLACED or not any(position), 4303, "a position without the flag")
-        if not self.known:
-            return
         opus = self.codec == b"opus"
         valid = self.duration % 120 == 0 and self.duration <= 5760 if opus else self.duration == 1024
         demand(valid, 4303, f"packets of {self.duration} samples")
@@ -163,14 +166,15 @@ class Audio:
 
 
 class Block:
-    """A configuration block, chunk by chunk. valid: no rule is broken so far; complete: nothing was lost; names: TRAK is over."""
+    """A configuration block, chunk by chunk. valid: no rule is broken so far that a whole block needs; complete: nothing was lost;
+    names: TRAK is over; stopped: tracks that a reader ignores (clause 5)."""
 
     def __init__(self, offset):
         self.offset, self.covered, self.valid, self.complete, self.names = offset, [], True, True, False
-        self.scene, self.texturing = None, None
+        self.scene, self.texturing, self.textured = None, None, False
         self.tracks, self.cameras, self.videos, self.layouts, self.audios = {}, {}, {}, {}, {}
         self.layout_offsets, self.at = {}, offset
-        self.broken_tracks = set()  # of a codec that is not known
+        self.stopped = set()
 
     def digest(self):
         return crc32c(b"".join(self.covered))
@@ -193,17 +197,17 @@ class Block:
             raise TooMany(7001, f"more than {most} of one kind")
 
     def _TRAK(self, chunk, first):
-        self._room(self.tracks, TRACKS)
-        track = Track(chunk.track, chunk.payload)
+        track = Track(chunk.payload)
         demand(chunk.track not in self.tracks, 2102, f"track {chunk.track} twice")
+        self._room(self.tracks, TRACKS)
         self.tracks[chunk.track] = track
 
     def _META(self, chunk, first):
         text(chunk.payload)
 
     def _CAMR(self, chunk, first):
-        self._room(self.cameras, CAMERAS)
         camera = Camera(chunk.payload, text)
+        self._room(self.cameras, CAMERAS)
         demand(camera.id not in self.cameras, 2203, f"camera {camera.id} twice")
         self.cameras[camera.id] = camera
 
@@ -216,27 +220,28 @@ class Block:
         self._declared(chunk, VIDEO, 2201, self.videos)
         video = self.videos[chunk.track] = Video(chunk.payload, text)
         if not video.known:
-            self.broken_tracks.add(chunk.track)
-            raise Broken(4002, f"codec {video.codec}")
+            self.stopped.add(chunk.track)
+            raise Broken(4002, f"codec {video.codec} that shows {video.shows}")
         RECORDS[video.codec](video.record, video.string, video.depth)
 
     def _TILE(self, chunk, first):
         self._declared(chunk, VIDEO, 2201, self.layouts)
         self.layout_offsets[chunk.track] = chunk.offset
-        self.layouts[chunk.track] = layout = tiles(chunk.payload)
-        check_tiles(layout, self.videos.get(chunk.track), self.cameras)
+        self.layouts[chunk.track] = tiles(chunk.payload)
 
     def _ACFG(self, chunk, first):
         track = self._declared(chunk, AUDIO, 2205, self.audios)
-        audio = self.audios[chunk.track] = Audio(chunk.payload, track)
-        if not audio.known:
-            self.broken_tracks.add(chunk.track)
-            raise Broken(4302, f"codec {audio.codec}")
+        self.audios[chunk.track] = None
+        self.stopped.add(chunk.track)
+        audio = Audio(chunk.payload, track)
+        demand(audio.known, 4302, f"codec {audio.codec}")
+        self.audios[chunk.track] = audio
+        self.stopped.remove(chunk.track)
 
     def _TEXR(self, chunk, first):
-        constants = texturing.decode(chunk.payload)
-        demand(self.texturing is None, 6101, "a second TEXR")
-        self.texturing = constants
+        demand(not self.textured, 6101, "a second TEXR")
+        self.textured = True
+        self.texturing = texturing.decode(chunk.payload)
 
     def finish(self):
         """The rules about the whole block. What is missing is at SCEN, the rest at the TILE; `at` says where."""
@@ -247,21 +252,26 @@ class Block:
                 kind, taken = ranks.setdefault(track.group, (track.kind, set()))
                 demand(kind == track.kind and track.rank not in taken, 2106, f"track {identifier}")
                 taken.add(track.rank)
-            if track.kind == VIDEO:
-                demand(identifier in self.videos, 2202, f"video track {identifier} without VCFG")
-                shows = self.videos[identifier].tiles
-                demand(shows == (identifier in self.layouts), 2202, f"TILE of track {identifier}")
-            if track.kind == AUDIO:
-                demand(identifier in self.audios, 2205, f"audio track {identifier} without ACFG")
-        for identifier, layout in self.layouts.items():
-            self.at = self.layout_offsets[identifier]
-            for tile in layout:
-                demand(tile.camera in self.cameras, 2203, f"camera {tile.camera} of a tile")
-            check_tiles(layout, self.videos[identifier], self.cameras)
-        self.at = self.offset
+        for group, (_, taken) in ranks.items():
+            demand(0 in taken, 2106, f"alternate group {group} without rank 0")
+        for identifier, track in self.tracks.items():
+            demand(track.kind != VIDEO or identifier in self.videos, 2202, f"track {identifier} without VCFG")
+        for identifier, video in self.videos.items():
+            if identifier not in self.stopped:
+                demand(video.tiles == (identifier in self.layouts), 2202, f"TILE of track {identifier}")
         moving = any(camera.moves for camera in self.cameras.values())
         count = sum(track.kind == CALIBRATION for track in self.tracks.values())
         demand(count == moving, 2204, f"{count} calibration tracks")
+        for identifier, video in self.videos.items():
+            if identifier in self.layouts and identifier not in self.stopped:
+                self.at = self.layout_offsets[identifier]
+                check_places(self.layouts[identifier], video, self.cameras)
+
+    def silent(self):
+        """Audio tracks without ACFG: they are stopped, and the block stays valid."""
+        found = {i for i, track in self.tracks.items() if track.kind == AUDIO and i not in self.audios}
+        self.stopped |= found
+        return found
 
     def rank(self, track):
         return self.tracks[track].rank

@@ -265,9 +265,13 @@ def check_attributes(buffer, header, edgebreaker):
     return [components for _, components in wanted], by_degree
 
 
+def check_density(data, header):
+    demand(max(header.vertices, header.faces) <= 16 * len(data), 3012, f"{len(data)} bytes")
+
+
 def decode(data, header):
     """The attributes of a bitstream, each a list with a row for each vertex, and its faces, as a list of corners."""
-    demand(max(header.vertices, header.faces) <= 16 * len(data), 3012, f"{len(data)} bytes")
+    check_density(data, header)
     demand(len(data) >= 11 and data[:7] == b"DRACO\2\2" and data[7] == 1, 3007, "header")
     demand(data[8] in (SEQUENTIAL, EDGEBREAKER) and data[9:11] == b"\0\0", 3007, "method or flags")
     buffer = Buffer(data, 11)

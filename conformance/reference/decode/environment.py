@@ -27,8 +27,7 @@ def picture_size(codec, file):
 
 class Light:
     def __init__(self, entry):
-        kind, flags, reserved, *numbers = struct.unpack("<2B6s13d", entry)
-        demand(flags < 2 and not any(reserved), 8001, "flags or reserved bytes of a light")
+        kind, _, _, *numbers = struct.unpack("<2B6s13d", entry)
         demand(kind <= SPOT, 8008, f"type {kind}")
         position, direction, colour = numbers[:3], numbers[3:6], numbers[6:9]
         intensity, reach, inner, outer = numbers[9:]
@@ -54,8 +53,9 @@ class Environment:
     def __init__(self, payload):
         demand(len(payload) >= 48, 8001, "size")
         *self.origin, self.step, parts, pictures, lights, reserved = struct.unpack_from("<4d4I", payload)
+        demand(reserved == 0, 8001, "reserved field")
         demand(max(parts, pictures, lights) <= MOST, 7001, "counts")
-        demand(reserved == 0 and parts + lights > 0, 8001, "reserved field, or nothing")
+        demand(parts + lights > 0, 8001, "nothing")
         tables = 48 + 48 * parts, 48 + 48 * parts + 16 * pictures
         at = tables[1] + 112 * lights
         demand(at <= len(payload), 8001, "the tables are cut")
@@ -68,33 +68,32 @@ class Environment:
             demand(entry[14] < 8 and entry[15] == 0, 8001, "flags or reserved byte of a part")
         for entry in self.files:
             demand(not any(entry[1:4]), 8001, "reserved bytes of a picture")
+        lamps = [payload[i : i + 112] for i in range(tables[1], tables[1] + 112 * lights, 112)]
+        for entry in lamps:
+            demand(entry[1] < 2 and not any(entry[2:8]), 8001, "flags or reserved bytes of a light")
         bodies = []
         for size in sizes:
             bodies.append(payload[at : at + size])
             at += size
-        lights_at = tables[1]
-        self.lights = [Light(payload[i : i + 112]) for i in range(lights_at, lights_at + 112 * lights, 112)]
         demand(lattice_is_valid(self.origin, self.step), 8002, "lattice")
-        self._pictures(bodies[parts:])
-        self.parts = [self._part(entry, body) for entry, body in zip(self.entries, bodies)]
-        vertices, faces = (
-            (sum(len(table) for table in tables) for tables in zip(*self.tables())) if parts else (0, 0)
-        )
-        demand(vertices <= meshes.VERTICES and faces <= meshes.FACES, 7001, "too large meshes")
+        self.pictures, self.vertices, self.faces = bodies[parts:], 0, 0
+        headers = [self._part(entry, body) for entry, body in zip(self.entries, bodies)]
+        self._pictures()
+        self.lights = [Light(entry) for entry in lamps]
+        self.parts = [
+            (meshes.independent(header, body), place) for (header, place), body in zip(headers, bodies)
+        ]
 
-    def tables(self):
-        return [(mesh.positions, mesh.faces) for mesh, _ in self.parts]
-
-    def _pictures(self, bodies):
-        self.pictures, pixels = bodies, 0
-        for entry, file in zip(self.files, bodies):
+    def _pictures(self):
+        pixels = 0
+        for entry, file in zip(self.files, self.pictures):
             codec, width, height = entry[0], *struct.unpack_from("<II", entry, 4)
             demand(codec < 2, 8007, f"codec {codec}")
+            demand(width > 0 and height > 0, 8006, "an empty picture")
+            demand(picture_size(codec, file) == (width, height), 8006, "size of a picture")
             demand(max(width, height) <= SIDE, 7001, f"{width} x {height} pixels")
             pixels += width * height
             demand(pixels <= SIDE * SIDE, 7001, "pixels of all pictures")
-            demand(width > 0 and height > 0, 8006, "an empty picture")
-            demand(picture_size(codec, file) == (width, height), 8006, "size of a picture")
 
     def _part(self, entry, body):
         picture = int.from_bytes(entry[4:8], "little")
@@ -102,9 +101,13 @@ class Environment:
         demand(picture == NO_PICTURE or picture < len(self.pictures), 8005, f"picture {picture}")
         demand(all(map(math.isfinite, place)) and min(place[2:]) > 0, 8005, "origin or size of a texture")
         header = meshes.Header(body)
+        meshes.check_size(header, body)
         demand(header.profile in meshes.INDEPENDENT, 8005, f"a mesh of profile {header.profile}")
         demand(picture == NO_PICTURE or header.attributes & meshes.TEXTURE, 8005, "no texture coordinates")
-        return meshes.independent(header, body), place
+        self.vertices, self.faces = self.vertices + header.vertices, self.faces + header.faces
+        fits = self.vertices <= meshes.VERTICES and self.faces <= meshes.FACES
+        demand(fits, 7001, "too large meshes")
+        return header, place
 
     def arrays(self):
         """Yields the name and bytes of each array of the report."""

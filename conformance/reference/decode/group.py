@@ -45,6 +45,7 @@ class Group:
     def __init__(self, chunk, block):
         self.sequence, self.digest, self.start, self.end = struct.unpack("<IIqq", chunk.payload)
         self.offset, self.block, self.intact, self.ended = chunk.offset, block, True, False
+        self.until = None  # offset of what follows GEND
         self.covered, self.rows, self.table, self.time = [chunk.covered], {}, bytearray(), self.start
         self.times, self.frame_times, self.whole_before = set(), set(), None
         self.keys, self.samples, self.own_tiles = set(), {}, {}
@@ -52,6 +53,9 @@ class Group:
         self.tracks, self.mesh_times, self.key_times = {}, {}, {}
         self.colours, self.surfaces, self.calibration_lost = {}, {}, False
         self.coloured_patches = set()  # mesh track and time
+        self.invalid = (
+            set()
+        )  # tracks of which a chunk was invalid, up to the next with the key flag: FVV-9009
         cameras = block.cameras.values() if block else ()
         self.static = {camera.id: camera.numbers for camera in cameras if not camera.moves}
         self.lenses = {camera.id: camera.lens for camera in cameras if camera.moves}
@@ -160,16 +164,23 @@ class Group:
         if chunk.kind == b"CALB":
             self.calibration_lost = True
             self.tracks.pop((chunk.kind, chunk.track), None)
-        elif chunk.kind == b"COLR" and len(chunk.payload) >= 4:
-            track = struct.unpack_from("<H", chunk.payload, 2)[0]
-            if track in self.colours or self.key_at(track, chunk.time) or not self.mesh_at(track, chunk.time):
-                self.colours[track] = "lost"
+        elif chunk.kind == b"COLR":
+            for track in self.coloured(chunk.payload):
+                there = self.key_at(track, chunk.time) or not self.mesh_at(track, chunk.time)
+                if track in self.colours or there:
+                    self.colours[track] = "lost"
         elif hasattr(state, "lose"):
             state.lose()
 
+    def coloured(self, payload):
+        """The mesh track that an invalid COLR names; if it names none, all of them."""
+        meshes_of_block = [i for i, track in self.block.tracks.items() if track.kind == kinds.MESH]
+        named = struct.unpack_from("<H", payload, 2) if len(payload) >= 4 else ()
+        return [i for i in meshes_of_block if i in named] or meshes_of_block
+
     def content(self, chunk):
         """Decodes the payload of a chunk. Broken: it is invalid."""
-        if self.block is None or chunk.track in self.block.broken_tracks:
+        if self.block is None or chunk.track in self.block.stopped:
             return
         track = self.block.tracks.get(chunk.track)
         reader = getattr(self, "_" + chunk.kind.decode("ascii", "replace"), None)
@@ -177,9 +188,13 @@ class Group:
             return
         if not self.intact and chunk.kind not in (b"MESH", b"VPKT"):
             return
+        key = bool(chunk.flags & KEY)
+        if key and chunk.kind != b"TILE":
+            self.invalid.discard(chunk.track)
         try:
-            reader(chunk, bool(chunk.flags & KEY), track.rank == 0)
+            reader(chunk, key, track.rank == 0)
         except Broken:
+            self.invalid.add(chunk.track)
             self.lose(chunk)
             raise
 
@@ -256,40 +271,45 @@ class Group:
             self.spoil(chunk.time)
             return
         track = self.state(chunk, lambda: calibration.Track(self.lenses))
-        for camera, c in track.add(chunk.payload, key).items():
-            numbers = [*c["intrinsics"], *c["coefficients"], c["r_max"], *c["rotation"], *c["translation"]]
-            try:
-                check_camera(self.lenses[camera], *parts_of(numbers))
-            except Broken as broken:
-                raise Broken(5105, str(broken)) from broken
-            self.calibrated[camera] = tuple(numbers)
+        for camera, c in track.add(chunk.payload, key, self._check_moving).items():
+            self.calibrated[camera] = numbers_of(c)
         for camera, numbers in self.calibrated.items():
             self.frame_camera(chunk.time, camera, numbers)
+
+    def _check_moving(self, camera, c):
+        try:
+            check_camera(self.lenses[camera], *parts_of(numbers_of(c)))
+        except Broken as broken:
+            raise Broken(5105, str(broken)) from broken
 
     def frame_camera(self, time, camera, numbers):
         self.frame(time).arrays[f"camera/{camera}"] = struct.pack("<26d", *numbers)
 
     def _TILE(self, chunk, key, shown):
-        layout = kinds.tiles(chunk.payload)
         self.own_tiles[chunk.track] = chunk.time, None
-        kinds.check_tiles(layout, self.block.videos[chunk.track], self.block.cameras)
         configured = self.block.layouts.get(chunk.track)
         demand(configured, 4105, "the track shows no tiles")
+        layout = kinds.tiles(chunk.payload)
         names = {tile.camera for tile in configured}
         demand(all(tile.camera in names for tile in layout), 4105, "a camera without a tile in the block")
+        kinds.check_places(layout, self.block.videos[chunk.track], self.block.cameras)
         self.own_tiles[chunk.track] = chunk.time, layout
 
     def _VPKT(self, chunk, key, shown):
         check_sample(chunk.payload, key, self.block.videos[chunk.track])
-        if shown:
+        layout = self.own_tiles.get(chunk.track)
+        if chunk.track in self.invalid or (layout and layout[1] is None):
+            self.spoil(chunk.time)
+        elif shown:
             arrays = self.frame(chunk.time).arrays
             arrays[f"video/{chunk.track}/sample"] = chunk.payload
             arrays[f"video/{chunk.track}/key"] = bytes([key])
 
     def _AUDI(self, chunk, key, shown):
         audio = self.block.audios[chunk.track]
-        packets = self.state(chunk, lambda: sound.Track(audio)).add(chunk, self)
-        self.sounds.append((chunk.track, packets))
+        packets = self.state(chunk, lambda: sound.Track(audio)).add(chunk, key, self)
+        if chunk.track not in self.invalid:
+            self.sounds.append((chunk.track, packets))
 
     def _BACK(self, chunk, key, shown):
         demand(key, 8003, "no key flag")
@@ -322,10 +342,14 @@ class Group:
         for track, layout in self.block.layouts.items():
             if track in self.own_tiles:
                 layout = self.own_tiles[track][1]
-            if layout and self.block.rank(track) == 0:
+            if layout and track not in self.block.stopped and self.block.rank(track) == 0:
                 rows = [tile.row() for tile in layout]
                 arrays[f"tiles/{track}"] = numpy.array(rows, "<u4").tobytes()
         return arrays
+
+
+def numbers_of(c):
+    return (*c["intrinsics"], *c["coefficients"], c["r_max"], *c["rotation"], *c["translation"])
 
 
 def parts_of(numbers):

@@ -84,12 +84,12 @@ class Camera:
         self.id, self.lens, flags, name_size, self.width, self.height = struct.unpack_from("<HBBIII", payload)
         numbers = struct.unpack_from("<26d", payload, 16)
         demand(len(payload) == 224 + name_size, 5001, "size")
-        check_text(payload[224:])
+        demand(max(self.width, self.height) <= SIDE, 7001, f"{self.width} x {self.height} pixels")
         demand(flags < 2, 5001, f"flags {flags}")
+        check_text(payload[224:])
         demand(self.lens in COEFFICIENTS, 5002, f"lens model {self.lens}")
         distortion = numbers[5:13]
         demand(not any(distortion[COEFFICIENTS[self.lens] :]), 5001, "a coefficient that the lens has not")
-        demand(max(self.width, self.height) <= SIDE, 7001, f"{self.width} x {self.height} pixels")
         demand(self.width > 0 and self.height > 0, 5003, "an empty picture")
         self.moves = flags == 1
         check_camera(self.lens, numbers[:5], distortion, numbers[13], numbers[14:23], numbers[23:])

@@ -32,12 +32,12 @@ class Header:
         demand(rest == 0, 3001, "reserved field")
         demand(self.profile in (*INDEPENDENT, DELTA, PATCHED), 3002, f"profile {self.profile}")
         demand(self.attributes < 4, 3002, f"attributes {self.attributes}")
-        demand(self.vertices <= VERTICES and self.faces <= FACES, 7001, "too large a mesh")
-        demand(self.vertices >= 3 and self.faces >= 1, 3003, f"{self.vertices} vertices, {self.faces} faces")
         bits, there = self.texture_bits, self.attributes & TEXTURE
         demand(1 <= bits <= 16 if there else bits == 0, 3014, f"{bits} texture bits")
         bits, there = self.normal_bits, self.attributes & NORMALS
         demand(2 <= bits <= 12 if there else bits == 0, 3030, f"{bits} normal bits")
+        demand(self.vertices >= 3 and self.faces >= 1, 3003, f"{self.vertices} vertices, {self.faces} faces")
+        demand(self.vertices <= VERTICES and self.faces <= FACES, 7001, "too large a mesh")
 
     def kind(self):
         return self.attributes, self.texture_bits, self.normal_bits
@@ -57,11 +57,6 @@ class Mesh:
 
     def check(self):
         """The rules for every decoded mesh that is independent of others."""
-        faces, count = self.faces, len(self.positions)
-        demand(int(faces.max()) < count, 3005, "an index beyond the vertices")
-        a, b, c = faces.T
-        demand(not ((a == b) | (b == c) | (a == c)).any(), 3005, "a face with the same vertex twice")
-        demand(bool(numpy.bincount(faces.ravel(), minlength=count).all()), 3011, "a vertex without a face")
         demand(int(abs(self.positions).max()) <= LATTICE_MAX, 3006, "a position outside the lattice")
         if self.texture is not None:
             inside = (self.texture >= 0).all() and (self.texture <= 1 << self.texture_bits).all()
@@ -69,6 +64,11 @@ class Mesh:
         if self.normals is not None:
             inside = (self.normals >= 0).all() and (self.normals <= (1 << self.normal_bits) - 2).all()
             demand(bool(inside), 3031, "a normal index")
+        faces, count = self.faces, len(self.positions)
+        demand(int(faces.max()) < count, 3005, "an index beyond the vertices")
+        a, b, c = faces.T
+        demand(not ((a == b) | (b == c) | (a == c)).any(), 3005, "a face with the same vertex twice")
+        demand(bool(numpy.bincount(faces.ravel(), minlength=count).all()), 3011, "a vertex without a face")
 
     def metres(self, origin, step):
         """Clause 8.2: binary64, each operation rounded, then binary32."""
@@ -91,11 +91,24 @@ def table(payload, at, count, width, kind):
     return numpy.frombuffer(payload, kind, count * width, at).reshape(count, width).astype(numpy.int64)
 
 
+def check_size(header, payload):
+    """The rules about the size of a payload, which need no decoding."""
+    if header.profile == RAW:
+        pairs = bin(header.attributes).count("1")
+        size = 16 + (12 + 8 * pairs) * header.vertices + 12 * header.faces
+        demand(len(payload) == size, 3004, f"{len(payload)} bytes, expected {size}")
+    elif header.profile == DRACO:
+        draco.check_density(payload[16:], header)
+    elif header.profile == FAST:
+        mesh_fast.split(payload)
+    elif header.profile == PATCHED:
+        parts, patch = parts_of(header, payload)
+        if patch:
+            check_size(patch, parts.patch)
+
+
 def raw(header, payload):
     at, pairs = 16 + 12 * header.vertices, [None, None]
-    pair_count = bin(header.attributes).count("1")
-    size = at + 8 * pair_count * header.vertices + 12 * header.faces
-    demand(len(payload) == size, 3004, f"{len(payload)} bytes, expected {size}")
     for i, attribute in enumerate((TEXTURE, NORMALS)):
         if header.attributes & attribute:
             pairs[i] = table(payload, at, header.vertices, 2, "<u4")
@@ -188,12 +201,13 @@ class Sequence:
     def add(self, header, payload):
         demand(header.kind() == self.base.header.kind(), 3018, "header of a delta frame")
         self.patch, self.kept, at = None, None, 16
+        if not self.delta:
+            self._start()
         if header.profile == PATCHED:
+            self.delta.check_number(payload, parts_of(header, payload)[0].delta)
             faces, at = self._read(header, payload)
         else:
             demand(header.counts() == self.base.header.counts(), 3018, "counts of a delta frame")
-        if not self.delta:
-            self._start()
         self.delta.add(payload, at)
         positions = numpy.array(self.delta.positions(), numpy.int64)
         turned = self._normals(positions.tolist()) if self.base.normals is not None else None
@@ -236,19 +250,17 @@ class Track:
         """Decodes a MESH chunk. Returns False if it follows a lost frame and cannot be decoded."""
         sequence, self.sequence, self.time = self.sequence, None, chunk.time
         header = Header(chunk.payload)
-        if header.profile == PATCHED:
-            parts_of(header, chunk.payload)
-        demand((header.profile in INDEPENDENT) == key, 3017, f"profile {header.profile}, key flag {key}")
+        check_size(header, chunk.payload)
         first = self.first or header
+        demand(first.texture_bits == header.texture_bits, 3016, "texture bits differ in the group")
+        demand(first.normal_bits == header.normal_bits, 3032, "normal bits differ in the group")
+        demand((header.profile in INDEPENDENT) == key, 3017, f"profile {header.profile}, key flag {key}")
+        self.first = first
         if not key:
-            demand(first.texture_bits == header.texture_bits, 3016, "texture bits differ in the group")
             if sequence is None:
                 return False
             sequence.add(header, chunk.payload)
             self.sequence = sequence
             return True
-        mesh = independent(header, chunk.payload)
-        demand(first.texture_bits == header.texture_bits, 3016, "texture bits differ in the group")
-        demand(first.normal_bits == header.normal_bits, 3032, "normal bits differ in the group")
-        self.first, self.sequence = first, Sequence(mesh)
+        self.sequence = Sequence(independent(header, chunk.payload))
         return True

@@ -153,14 +153,15 @@ class Video:
             "<4sII6BHI", payload
         )
         demand(len(payload) == 24 + record + text, 4001, "size")
-        self.codec, self.width, self.height, self.tiles = codec, width, height, shows == 0
-        string = payload[24 + record :]
-        check_text(string)
+        self.codec, self.width, self.height, self.shows = codec, width, height, shows
+        self.tiles, self.known = shows == 0, codec in RECORDS and shows < 2
+        if not self.known:
+            return
         demand(max(width, height) <= 16384, 7001, f"{width} x {height} pixels")
-        demand(width > 0 and height > 0 and 8 <= depth <= 16 and full < 2 and shows < 2, 4003, "range")
-        self.known = codec in RECORDS
-        self.string, self.record, self.depth = string, payload[24 : 24 + record], depth
+        demand(width > 0 and height > 0 and 8 <= depth <= 16 and full < 2, 4003, "range")
+        self.string, self.record, self.depth = payload[24 + record :], payload[24 : 24 + record], depth
         if codec == b"jpeg":
             demand(depth == 8, 4003, f"{depth} bits of JPEG")
         if codec == b"oexr":
             demand((depth, transfer, matrix, full) == (16, 8, 0, 1), 4003, "bits or colours of OpenEXR")
+        check_text(self.string)

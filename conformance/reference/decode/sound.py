@@ -38,7 +38,7 @@ class Track:
     def lose(self):
         self.end = None
 
-    def add(self, chunk, group):
+    def add(self, chunk, key, group):
         """The Packets of an AUDI chunk."""
         first, self.seen = not self.seen, True
         packets = Packets(chunk.payload, self.audio.flags)
@@ -46,6 +46,7 @@ class Track:
         begin = packets.start + packets.preroll * duration
         last = packets.start + (packets.count - 1) * duration
         rate = self.audio.rate
+        demand(first or not key, 4306, "the key flag in a chunk that is not the first")
         demand(first or not packets.preroll, 4306, "pre-roll in a chunk that is not the first")
         demand(self.end is None or packets.start == self.end, 4306, "start after the chunk before")
         demand(Fraction(begin, rate) >= chunk.time * tick, 4306, "start before the time of the chunk")

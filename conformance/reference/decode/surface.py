@@ -8,7 +8,7 @@ import numpy
 from .. import colours, visibility
 from ..container import Numbers, demand
 from ..range_coder import RangeDecoder
-from .configuration import MESH
+from .configuration import CAMERAS, MESH
 from .meshes import LATTICE_MAX, VERTICES
 
 WEIGHTS = numpy.array([127, 0, 255, 85, 170, 113, 142], numpy.uint8)  # by state, clause 17.4
@@ -29,44 +29,48 @@ class Visibility:
         demand(len(payload) >= 16, 6001, "size")
         reserved, threshold, mesh_track, count, number, cameras = struct.unpack_from("<BBHIII", payload)
         demand(reserved == 0, 6001, "reserved byte")
-        demand(count <= VERTICES, 7001, f"{count} vertices")
-        if group.calibration_lost:
-            return None
-        pairs = self._pairs(payload, cameras, group)
+        demand(0 < cameras <= (len(payload) - 16) // 2, 6004, f"{cameras} cameras")
+        demand(cameras <= CAMERAS and count <= VERTICES, 7001, f"{cameras} cameras, {count} vertices")
+        table = self._table(payload, cameras)
+        demand((number == 0) == key, 6006, f"number {number}, key flag {key}")
+        if not key and not lost:
+            demand(number == self.number + 1, 6006, f"number {number} after {self.number}")
+            demand((mesh_track, count) == (self.mesh_track, self.count), 6006, "another mesh than before")
         track = group.block.tracks.get(mesh_track)
         demand(track and track.kind == MESH, 6005, f"mesh track {mesh_track}")
         there = group.mesh_at(mesh_track, chunk.time)
         demand(there, 6005, "no mesh of this time")
         mesh = group.mesh_of(mesh_track)
-        demand((number == 0) == key, 6006, f"number {number}, key flag {key}")
-        if mesh is None or lost:
+        if group.calibration_lost or mesh is None or lost:
             return None
         demand(count == len(mesh.positions), 6005, f"{count} vertices")
-        if not key:
-            demand(number == self.number + 1, 6006, f"number {number} after {self.number}")
-            demand((mesh_track, count) == (self.mesh_track, self.count), 6006, "another mesh than before")
+        pairs = self._pairs(table, group)
         self.number, self.mesh_track, self.count = number, mesh_track, count
         self.before = self._states(payload, pairs, threshold, mesh, {} if key else self.before, group)
         self.lost = False
         return self.before
 
-    def _pairs(self, payload, cameras, group):
+    def _table(self, payload, cameras):
         """(camera, offset of its stream, size) of each camera."""
-        demand(cameras > 0, 6004, "no camera")
-        numbers, table, camera = Numbers(payload, 16, 6004), [], 0
+        numbers, table, camera, pairs = Numbers(payload, 16, 6004), [], 0, []
         for i in range(cameras):
-            step = numbers.next()
+            step, size = numbers.next(), numbers.next()
             demand(step > 0 or i == 0, 6003, "cameras do not increase")
             camera += step
-            demand(camera in group.block.cameras, 6003, f"camera {camera}")
-            demand(camera in group.calibrated, 6003, f"camera {camera} is not calibrated")
-            table.append((camera, numbers.next()))
-        at, pairs = numbers.at, []
+            demand(camera < 65535, 6003, f"camera {camera}")
+            table.append((camera, size))
+        at = numbers.at
+        demand(at + sum(size for _, size in table) == len(payload), 6004, "sizes of the streams")
         for camera, size in table:
             pairs.append((camera, at, size))
             at += size
-        demand(at == len(payload), 6004, "sizes of the streams")
         return pairs
+
+    def _pairs(self, table, group):
+        for camera, _, _ in table:
+            demand(camera in group.block.cameras, 6003, f"camera {camera}")
+            demand(camera in group.calibrated, 6003, f"camera {camera} is not calibrated")
+        return table
 
     def _states(self, payload, pairs, threshold, mesh, before, group):
         positions = mesh.positions.tolist()

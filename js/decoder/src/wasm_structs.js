@@ -175,13 +175,14 @@ const layouts = {
     },
   },
   diagnostic: {
-    size: 232,
+    size: 240,
     fields: {
       status: ["i32", 0],
       issue: ["u32", 4],
       chunkType: ["u32", 8],
       offset: ["u64", 16],
-      message: ["char[]", 24, 208],
+      chunkOffset: ["u64", 24],
+      message: ["char[]", 32, 208],
     },
   },
   mesh: {

@@ -292,7 +292,8 @@ static fvv_status take_sound(fvvjs_decoder *d, const fvv_frame_chunk *chunk, con
   status = fvv_audio_decode(config, payload, size, &sound, packets, most, &d->diagnostic);
   if (status == FVV_OK)
     status = fvv_audio_follow(&track->place, config, d->configuration->scene.time_base, &sound,
-                              chunk->header.time, d->group_end, &d->diagnostic);
+                              chunk->header.flags & FVV_FLAG_KEY, chunk->header.time, d->group_end,
+                              &d->diagnostic);
   if (status != FVV_OK) return status;
   const uint8_t *data = packets[0].data;
   uint8_t *sizes = track->sizes.data; /* in place of the packets, each of which is larger */

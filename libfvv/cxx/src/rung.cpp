@@ -135,11 +135,25 @@ struct RungGroup::State {
     writer.reset(created);
     check(status);
     bytes.clear(); // the file header is the stream's own
-    for (const ConfigurationBlock::Chunk &chunk : block.chunks)
-      if (!block.leaves_out(chunk.header.track, rung))
-        check(fvv_writer_configuration(writer.get(), chunk.header.type, chunk.header.track,
-                                       chunk.header.flags, chunk.payload.data(), chunk.payload.size(),
-                                       &diagnostic));
+    for (const ConfigurationBlock::Chunk &chunk : block.chunks) {
+      if (block.leaves_out(chunk.header.track, rung)) continue;
+      const std::vector<uint8_t> payload =
+          chunk.header.type == FVV_CHUNK_TRACK ? alone(chunk) : chunk.payload;
+      check(fvv_writer_configuration(writer.get(), chunk.header.type, chunk.header.track, chunk.header.flags,
+                                     payload.data(), payload.size(), &diagnostic));
+    }
+  }
+
+  // TRAK of a track that has no alternatives in the stream of its rung.
+  std::vector<uint8_t> alone(const ConfigurationBlock::Chunk &chunk) {
+    fvv_track track = {};
+    check(fvv_track_decode(&track, chunk.payload.data(), chunk.payload.size(), nullptr, &diagnostic));
+    track.id = chunk.header.track;
+    track.alternate_group = track.rank = 0;
+    std::vector<uint8_t> out(chunk.payload.size());
+    size_t size = 0;
+    check(fvv_track_encode(&track, out.data(), out.size(), &size, &diagnostic));
+    return out;
   }
 
   void check(fvv_status status) { fvv::check(status, "", diagnostic); }

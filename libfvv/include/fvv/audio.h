@@ -73,11 +73,13 @@ typedef struct fvv_audio_place {
   int64_t end; /* ticks of the track: of the chunks so far */
 } fvv_audio_place;
 
-/* Checks the times of the next chunk of a track in its group (clause 20.2) and moves on. time: of the chunk
- * header; group_end: of the group, both in ticks of the scene. FVV_ISSUE_AUDIO_TIME. */
+/* Checks key flag and times of the next chunk of a track in its group (clause 20.2) and moves on. key:
+ * whether it has the key flag; time: of the chunk header; group_end: of the group, both in ticks of the
+ * scene. FVV_ISSUE_AUDIO_TIME. */
 FVV_API FVV_MUST_USE fvv_status fvv_audio_follow(fvv_audio_place *place, const fvv_audio_config *config,
                                                  fvv_rational scene_time_base, const fvv_audio_chunk *chunk,
-                                                 int64_t time, int64_t group_end, fvv_diagnostic *diagnostic);
+                                                 int key, int64_t time, int64_t group_end,
+                                                 fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

@@ -65,14 +65,17 @@ enum {
 /* Short lower-case English for a status ("damaged"). Static storage, never NULL. */
 FVV_API const char *fvv_status_text(fvv_status status);
 
-/* Why a call failed. Caller-owned, plain data. The first error of a call wins. offset is absolute in the
+/* Why a call failed. Caller-owned, plain data. The first error of a call wins. Offsets are absolute in the
  * stream where the callee knows it, else relative to the given payload. */
 typedef struct fvv_diagnostic {
   fvv_status status;
   uint32_t issue;      /* n of FVV-n in spec/issues.md; 0: no rule of the specification is concerned */
   uint32_t chunk_type; /* four-character code as stored (little-endian u32); 0: none */
-  uint64_t offset;     /* bytes */
-  char message[208];   /* one sentence without file name, offset or issue number; NUL-terminated */
+  uint64_t offset;     /* bytes: of the field that is wrong, or of the chunk */
+  /* Of the header of the chunk that breaks the rule, or of the place where something is missing: what
+   * clause 2.5 calls the place of an issue. */
+  uint64_t chunk_offset;
+  char message[208]; /* one sentence without file name, offset or issue number; NUL-terminated */
 } fvv_diagnostic;
 
 /* Writes "NAME: 0x1a2b: MESH: index 70001 of 65536 vertices [FVV-3012]" into out (always terminated when

@@ -665,7 +665,10 @@ Json problems_json(const Report &report) {
   Json out = Json::array();
   for (size_t i = 0; i < fvv_checker_problem_count(report.checker.get()); i++) {
     const auto *p = fvv_checker_problem(report.checker.get(), i);
-    Json one = {{"status", fvv_status_text(p->status)}, {"offset", p->offset}, {"message", p->message}};
+    Json one = {{"status", fvv_status_text(p->status)},
+                {"offset", p->offset},
+                {"chunk_offset", p->chunk_offset},
+                {"message", p->message}};
     if (p->chunk_type) one["chunk"] = type_name(p->chunk_type);
     if (p->issue) one["issue"] = "FVV-" + std::to_string(p->issue);
     out.push_back(one);

@@ -17,6 +17,7 @@ enum {
   OPUS_RATE = 48000,    /* samples per second, whatever the encoder had */
   OPUS_LONGEST = 5760,  /* samples of a packet: 120 ms */
   OPUS_SHORTEST = 120,  /* 2.5 ms */
+  SILENT_CHANNEL = 255, /* in a mapping table */
   AAC_LC = 2,           /* audio object type, ISO/IEC 14496-3 */
   AAC_FRAME = 1024,     /* samples of an access unit */
   POSITION_SIZE = 3 * 8 /* bytes in AUDI with FVV_AUDIO_MOVES */
@@ -48,8 +49,14 @@ uint32_t fvv_audio_sample_rate(const fvv_audio_config *config) {
 
 static fvv_status check_opus(const fvv_audio_config *c, fvv_status status, fvv_diagnostic *diagnostic) {
   const uint8_t *r = c->record;
-  if (c->record_size < OPUS_HEAD || memcmp(r, "OpusHead", 8) != 0 || r[8] != 1)
-    WRONG(AUDIO_RECORD, FVV_ACFG_SIZE, "Opus record of %zu bytes, expected 'OpusHead' of version 1",
+  if (c->packet_duration < OPUS_SHORTEST || c->packet_duration > OPUS_LONGEST ||
+      c->packet_duration % OPUS_SHORTEST)
+    WRONG(AUDIO_CONFIG_RANGE, FVV_ACFG_PACKET_DURATION,
+          "packets of %" PRIu32 " samples, expected multiples of %d up to %d", c->packet_duration,
+          OPUS_SHORTEST, OPUS_LONGEST);
+  /* Versions up to 15 are compatible, RFC 7845 clause 5.1.1. */
+  if (c->record_size < OPUS_HEAD || memcmp(r, "OpusHead", 8) != 0 || r[8] > 15)
+    WRONG(AUDIO_RECORD, FVV_ACFG_SIZE, "Opus record of %zu bytes, expected 'OpusHead' of a version below 16",
           c->record_size);
   if (r[9] != c->channels)
     WRONG(AUDIO_RECORD, FVV_ACFG_SIZE + 9, "Opus record has %u channels, the track %u", r[9], c->channels);
@@ -58,28 +65,33 @@ static fvv_status check_opus(const fvv_audio_config *c, fvv_status status, fvv_d
     WRONG(AUDIO_RECORD, FVV_ACFG_SIZE + 18,
           "Opus record of %zu bytes with mapping family %u, expected family 0 or 1 and %zu bytes",
           c->record_size, r[18], expected);
-  if (r[18] && (!r[19] || r[20] > r[19] || r[19] + r[20] > c->channels))
-    WRONG(AUDIO_RECORD, FVV_ACFG_SIZE + 19, "Opus record has %u streams, %u of them coupled, for %u channels",
-          r[19], r[20], c->channels);
-  if (c->packet_duration < OPUS_SHORTEST || c->packet_duration > OPUS_LONGEST ||
-      c->packet_duration % OPUS_SHORTEST)
-    WRONG(AUDIO_CONFIG_RANGE, FVV_ACFG_PACKET_DURATION,
-          "packets of %" PRIu32 " samples, expected multiples of %d up to %d", c->packet_duration,
-          OPUS_SHORTEST, OPUS_LONGEST);
+  if (!r[18]) return FVV_OK;
+  const unsigned decoded = (unsigned)r[19] + r[20];
+  if (!r[19] || r[20] > r[19] || decoded > SILENT_CHANNEL)
+    WRONG(AUDIO_RECORD, FVV_ACFG_SIZE + 19,
+          "Opus record has %u streams, %u of them coupled, expected 1 to 255 decoded channels", r[19], r[20]);
+  for (unsigned i = 0; i < c->channels; i++)
+    if (r[21 + i] >= decoded && r[21 + i] != SILENT_CHANNEL)
+      WRONG(AUDIO_RECORD, FVV_ACFG_SIZE + 21 + (uint64_t)i,
+            "channel %u of the Opus record is decoded channel %u of %u, expected a lower one or 255", i,
+            r[21 + i], decoded);
   return FVV_OK;
 }
 
 static fvv_status check_aac(const fvv_audio_config *c, fvv_status status, fvv_diagnostic *diagnostic) {
   const uint8_t *r = c->record;
+  if (c->packet_duration != AAC_FRAME)
+    WRONG(AUDIO_CONFIG_RANGE, FVV_ACFG_PACKET_DURATION, "packets of %" PRIu32 " samples, expected %d",
+          c->packet_duration, AAC_FRAME);
   if (c->record_size < 2 || r[0] >> 3 != AAC_LC || !aac_rate(r))
     WRONG(AUDIO_RECORD, FVV_ACFG_SIZE,
           "AudioSpecificConfig of %zu bytes is not that of AAC-LC with a rate of the table", c->record_size);
   if (aac_channels(r) != c->channels)
     WRONG(AUDIO_RECORD, FVV_ACFG_SIZE + 1, "AudioSpecificConfig has %u channels, the track %u",
           aac_channels(r), c->channels);
-  if (r[1] & 4 || c->packet_duration != AAC_FRAME)
-    WRONG(AUDIO_CONFIG_RANGE, FVV_ACFG_PACKET_DURATION, "packets of %" PRIu32 " samples, expected %d",
-          r[1] & 4 ? (uint32_t)960 : c->packet_duration, AAC_FRAME);
+  if (r[1] & 4)
+    WRONG(AUDIO_RECORD, FVV_ACFG_SIZE + 1, "AudioSpecificConfig has frames of 960 samples, expected %d",
+          AAC_FRAME);
   return FVV_OK;
 }
 
@@ -285,7 +297,7 @@ static int add(int64_t start, uint32_t packets, uint32_t duration, int64_t *sum)
 }
 
 fvv_status fvv_audio_follow(fvv_audio_place *place, const fvv_audio_config *config,
-                            fvv_rational scene_time_base, const fvv_audio_chunk *chunk, int64_t time,
+                            fvv_rational scene_time_base, const fvv_audio_chunk *chunk, int key, int64_t time,
                             int64_t group_end, fvv_diagnostic *diagnostic) {
   const fvv_status status = FVV_ERROR_INVALID;
   const uint32_t rate = fvv_audio_sample_rate(config);
@@ -295,6 +307,8 @@ fvv_status fvv_audio_follow(fvv_audio_place *place, const fvv_audio_config *conf
       !add(chunk->start, chunk->packet_count - 1, config->packet_duration, &last) ||
       !add(chunk->start, chunk->packet_count, config->packet_duration, &end))
     WRONG(AUDIO_TIME, FVV_AUDI_START, "start is %" PRId64 ", beyond the range of times", chunk->start);
+  if (place->has_end && key)
+    WRONG(AUDIO_TIME, 0, "a chunk that is not the first of its track in the group has the key flag");
   if (place->has_end && chunk->preroll_count)
     WRONG(AUDIO_TIME, FVV_AUDI_PREROLL_COUNT, "%" PRIu32 " pre-roll packets in a chunk that is not the first",
           chunk->preroll_count);

@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/layout.h"
+
 const char *fvv_status_text(fvv_status status) {
   switch (status) {
   case FVV_OK:
@@ -48,7 +50,7 @@ fvv_status fvv_fail(fvv_diagnostic *diagnostic, fvv_status status, uint32_t issu
   diagnostic->status = status;
   diagnostic->issue = issue;
   diagnostic->chunk_type = chunk_type;
-  diagnostic->offset = offset;
+  diagnostic->offset = diagnostic->chunk_offset = offset;
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(diagnostic->message, sizeof diagnostic->message, format, arguments);
@@ -63,6 +65,8 @@ void fvv_diagnostic_clear(fvv_diagnostic *diagnostic) {
 void fvv_diagnostic_rebase(fvv_diagnostic *diagnostic, uint64_t payload_offset, uint32_t chunk_type) {
   if (!diagnostic || diagnostic->status >= 0) return;
   diagnostic->offset += payload_offset;
+  diagnostic->chunk_offset =
+      payload_offset < FVV_CHUNK_HEADER_SIZE ? 0 : payload_offset - FVV_CHUNK_HEADER_SIZE;
   if (!diagnostic->chunk_type) diagnostic->chunk_type = chunk_type;
 }
 

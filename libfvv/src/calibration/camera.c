@@ -110,18 +110,27 @@ void fvv_camera_centre(const fvv_camera *camera, double centre[3]) {
 #define ROTATION_TOLERANCE 1e-4
 #define R_MAX_TOLERANCE 1e-9 /* relative: machines differ in how they find the zero of the derivative */
 
+static int coefficient_count(uint8_t lens) {
+  return lens == FVV_LENS_RADTAN ? 8 : lens == FVV_LENS_FISHEYE ? 4 : 0;
+}
+
 static fvv_status check_header(const fvv_camera *camera, fvv_status status, fvv_diagnostic *diagnostic) {
-  if (camera->id == FVV_NO_CAMERA)
-    return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_ID, FVV_CHUNK_CAMERA, FVV_CAMR_ID,
-                    "camera identifier is 65535, expected 0 to 65534");
-  if (camera->lens > FVV_LENS_FISHEYE)
-    return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_LENS, FVV_CHUNK_CAMERA, FVV_CAMR_LENS,
-                    "lens model is %d, expected 0 to 2", camera->lens);
   if (camera->flags & ~FVV_CAMERA_MOVES)
     return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_PAYLOAD, FVV_CHUNK_CAMERA, FVV_CAMR_FLAGS,
                     "camera flags are 0x%02x, expected 0 or 1", camera->flags);
-  return fvv_text_check(camera->name, camera->name_size, "camera name", status, FVV_CHUNK_CAMERA,
-                        FVV_CAMR_SIZE, diagnostic);
+  const fvv_status text = fvv_text_check(camera->name, camera->name_size, "camera name", status,
+                                         FVV_CHUNK_CAMERA, FVV_CAMR_SIZE, diagnostic);
+  if (text != FVV_OK) return text;
+  if (camera->lens > FVV_LENS_FISHEYE)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_LENS, FVV_CHUNK_CAMERA, FVV_CAMR_LENS,
+                    "lens model is %d, expected 0 to 2", camera->lens);
+  for (int i = coefficient_count(camera->lens); i < 8; i++)
+    if (camera->distortion[i] != 0)
+      return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_PAYLOAD, FVV_CHUNK_CAMERA,
+                      FVV_CAMR_DISTORTION + (uint64_t)i * 8,
+                      "distortion coefficient %d is %.9g, expected 0 because lens model %d does not use it",
+                      i, camera->distortion[i], camera->lens);
+  return FVV_OK;
 }
 
 static fvv_status check_intrinsics(const fvv_camera *camera, fvv_status status, fvv_diagnostic *diagnostic) {
@@ -144,18 +153,11 @@ static fvv_status check_intrinsics(const fvv_camera *camera, fvv_status status, 
       return fvv_fail(diagnostic, status, issue, type, FVV_CAMR_FX + (uint64_t)i * 8,
                       "%s is %.9g, expected a finite number%s", fields[i].name, fields[i].value,
                       fields[i].positive ? " above 0" : "");
-  const int used = camera->lens == FVV_LENS_RADTAN ? 8 : camera->lens == FVV_LENS_FISHEYE ? 4 : 0;
-  for (int i = 0; i < 8; i++) {
-    const uint64_t offset = FVV_CAMR_DISTORTION + (uint64_t)i * 8;
-    if (i < used && !isfinite(camera->distortion[i]))
-      return fvv_fail(diagnostic, status, issue, type, offset,
+  for (int i = 0; i < coefficient_count(camera->lens); i++)
+    if (!isfinite(camera->distortion[i]))
+      return fvv_fail(diagnostic, status, issue, type, FVV_CAMR_DISTORTION + (uint64_t)i * 8,
                       "distortion coefficient %d is %.9g, expected a finite number", i,
                       camera->distortion[i]);
-    if (i >= used && camera->distortion[i] != 0)
-      return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_PAYLOAD, type, offset,
-                      "distortion coefficient %d is %.9g, expected 0 because lens model %d does not use it",
-                      i, camera->distortion[i], camera->lens);
-  }
   return FVV_OK;
 }
 
@@ -206,7 +208,9 @@ static fvv_status check_camera(const fvv_camera *camera, fvv_status status, fvv_
   if (result == FVV_OK) result = check_intrinsics(camera, status, diagnostic);
   if (result == FVV_OK) result = check_pose(camera, status, diagnostic);
   if (result == FVV_OK) result = check_r_max(camera, status, diagnostic);
-  return result;
+  if (result != FVV_OK || camera->id != FVV_NO_CAMERA) return result;
+  return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_ID, FVV_CHUNK_CAMERA, FVV_CAMR_ID,
+                  "camera identifier is 65535, expected 0 to 65534");
 }
 
 fvv_status fvv_camera_validate(const fvv_camera *camera, fvv_diagnostic *diagnostic) {

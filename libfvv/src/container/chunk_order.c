@@ -130,12 +130,12 @@ static fvv_status check_scene(const fvv_chunk_order *s, const fvv_chunk_header *
 static fvv_status check_track(const fvv_chunk_order *s, const fvv_chunk_header *header,
                               const uint8_t *payload, uint64_t offset, fvv_diagnostic *diagnostic) {
   fvv_track track;
+  if (s->block_has_more) BROKEN(CHUNK_PLACE, 0, "track is declared after other chunks than SCEN");
   const fvv_status status = fvv_track_decode(&track, payload, (size_t)header->size, &s->limits, diagnostic);
   if (status < 0) {
     fvv_diagnostic_rebase(diagnostic, offset + IN_PAYLOAD, header->type);
     return status;
   }
-  if (s->block_has_more) BROKEN(CHUNK_PLACE, 0, "track is declared after other chunks than SCEN");
   if (track_of(s, header->track))
     BROKEN(TRACK_ID, FVV_CHUNK_HEADER_TRACK, "track %u is declared twice", header->track);
   if (track_count(s) >= s->limits.max_tracks)
@@ -180,6 +180,9 @@ static fvv_status check_group(fvv_chunk_order *s, const fvv_chunk_header *header
 /* A layout belongs to the samples after it; rules about a track's chunks do not count it. */
 static fvv_status check_layout(const fvv_chunk_order_track *track, const fvv_chunk_header *header,
                                uint64_t offset, fvv_diagnostic *diagnostic) {
+  if (track->laid_out && header->time == track->layout_time)
+    BROKEN(CHUNK_TIME_ORDER, FVV_CHUNK_HEADER_TIME, "track %u has a second TILE at time %lld", header->track,
+           (long long)header->time);
   if (track->laid_out)
     BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TRACK, "track %u has a second layout in its group", header->track);
   if (track->seen)
@@ -397,10 +400,12 @@ static fvv_status add_frame_chunk(fvv_chunk_order *s, const fvv_chunk_header *he
   fvv_chunk_order_track *tracks = (fvv_chunk_order_track *)s->tracks.data;
   for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++)
     if (tracks[i].id == header->track && fvv_chunk_track_kind(header->type)) {
-      if (header->type == FVV_CHUNK_TILES)
+      if (header->type == FVV_CHUNK_TILES) {
         tracks[i].laid_out = 1;
-      else
+        tracks[i].layout_time = header->time;
+      } else {
         tracks[i].seen = 1;
+      }
       tracks[i].last_time = header->time;
     }
   return fvv_group_table_add(&s->table, header);
@@ -429,7 +434,7 @@ fvv_status fvv_chunk_order_apply(fvv_chunk_order *s, const fvv_chunk_header *hea
     return FVV_OK;
   case FVV_CHUNK_TRACK:
     if (s->in_block && header->size >= FVV_TRAK_SIZE) {
-      const fvv_chunk_order_track track = {header->track, payload[FVV_TRAK_KIND], 0, 0, 0};
+      const fvv_chunk_order_track track = {header->track, payload[FVV_TRAK_KIND], 0, 0, 0, 0};
       status = fvv_bytes_append(&s->tracks, &track, sizeof track);
     }
     break;
@@ -441,7 +446,8 @@ fvv_status fvv_chunk_order_apply(fvv_chunk_order *s, const fvv_chunk_header *hea
   /* A frame without its GRUP: the block ended within the lost bytes. */
   if (fvv_chunk_place(header->type, header->flags) == FVV_PLACE_FRAME) s->in_block = 0;
   if (s->in_block) {
-    s->block_has_more |= header->type != FVV_CHUNK_SCENE && header->type != FVV_CHUNK_TRACK;
+    s->block_has_more |= header->type != FVV_CHUNK_SCENE && header->type != FVV_CHUNK_TRACK &&
+                         fvv_chunk_place(header->type, header->flags) != FVV_PLACE_UNKNOWN;
     s->configuration_crc = fvv_header_chain(s->configuration_crc, header);
   }
   return FVV_OK;

@@ -23,6 +23,7 @@ typedef struct fvv_chunk_order_track {
   uint8_t seen;     /* a chunk of its kind was in this group */
   uint8_t laid_out; /* a TILE was in this group */
   int64_t last_time;
+  int64_t layout_time; /* of the TILE */
 } fvv_chunk_order_track;
 
 /* Intact configuration blocks that are remembered: a group may name any of them (clause 7.4). */

@@ -4,7 +4,7 @@
 #include "base/checked.h"
 #include "base/diagnostic.h"
 
-enum { TRACK_NONE, TRACK_OWN, TRACK_ANY };
+enum { TRACK_NONE, TRACK_OWN };
 
 typedef struct chunk_row {
   uint32_t type;

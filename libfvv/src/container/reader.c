@@ -134,6 +134,7 @@ static fvv_status read_file_header(fvv_reader *r, fvv_event *event) {
   }
   damage_event(r, event);
   const fvv_status status = fvv_file_header_check(here(r), &event->diagnostic);
+  event->diagnostic.chunk_offset = 0;
   if (event->diagnostic.issue == FVV_ISSUE_SIGNATURE || status == FVV_ERROR_UNSUPPORTED) {
     r->stop = event->diagnostic;
     return stop(r, status, 0, 0, "");
@@ -167,6 +168,7 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
       !fvv_all_zero(payload + header->size, (size_t)(fvv_padded(header->size) - header->size)))
     status = fvv_fail(&diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PADDING, header->type,
                       r->offset + FVV_CHUNK_HEADER_SIZE + header->size, "padding is not 0");
+  diagnostic.chunk_offset = r->offset;
   if (diagnostic.issue == FVV_ISSUE_GROUP_UNFINISHED) {
     /* The open group is broken, not this chunk, which is checked again: where it came from. */
     memmove(r->buffer.data + r->head, payload - FVV_CHUNK_HEADER_SIZE, (size_t)extent);
@@ -228,6 +230,7 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
   if (header.size >> 63) {
     /* Where the next chunk would begin has no offset in 64 bits. */
     const fvv_status status = fvv_header_check(&header, r->offset, &r->stop);
+    r->stop.chunk_offset = r->offset;
     return stop(r, status, 0, 0, "");
   }
   const uint64_t most = fvv_payload_limit(&r->order.limits, header.type);

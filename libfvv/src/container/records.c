@@ -12,6 +12,9 @@
 
 static fvv_status scene_check(const fvv_scene *scene, fvv_status status, fvv_diagnostic *diagnostic) {
   const uint32_t type = FVV_CHUNK_SCENE;
+  if (scene->flags & ~FVV_SCENE_SCALE_UNKNOWN)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_SCENE_PAYLOAD, type, FVV_SCEN_FLAGS,
+                    "scene flags are 0x%02x, expected 0 or 1", scene->flags);
   if (!scene->time_base.numerator || !scene->time_base.denominator)
     return fvv_fail(diagnostic, status, FVV_ISSUE_TIME_BASE, type, FVV_SCEN_TIME_BASE_NUMERATOR,
                     "time base is %u/%u seconds per tick, expected two positive numbers",
@@ -32,9 +35,6 @@ static fvv_status scene_check(const fvv_scene *scene, fvv_status status, fvv_dia
   if (scene->up_axis > FVV_UP_MINUS_Z)
     return fvv_fail(diagnostic, status, FVV_ISSUE_UP_AXIS, type, FVV_SCEN_UP_AXIS,
                     "up axis is %u, expected 0 to %d", scene->up_axis, FVV_UP_MINUS_Z);
-  if (scene->flags & ~FVV_SCENE_SCALE_UNKNOWN)
-    return fvv_fail(diagnostic, status, FVV_ISSUE_SCENE_PAYLOAD, type, FVV_SCEN_FLAGS,
-                    "scene flags are 0x%02x, expected 0 or 1", scene->flags);
   return FVV_OK;
 }
 

@@ -151,12 +151,71 @@ static void get_vector(const uint8_t *p, double *out, int count) {
   for (int k = 0; k < count; k++) out[k] = fvv_get_f64(p + 8 * k);
 }
 
+/* Sizes, flags and reserved bytes of all entries, before any of them is used. */
+static fvv_status check_tables(const uint8_t *p, size_t size, const fvv_environment *environment,
+                               const places *at, fvv_diagnostic *diagnostic) {
+  uint64_t end = at->data;
+  for (size_t i = 0; i < environment->part_count + environment->picture_count; i++) {
+    const int is_part = i < environment->part_count;
+    const uint64_t entry = is_part ? FVV_BACK_SIZE + (uint64_t)i * FVV_BACK_PART_SIZE
+                                   : at->pictures + (i - environment->part_count) * FVV_BACK_PICTURE_SIZE;
+    const uint32_t bytes =
+        fvv_get_u32(p + entry + (is_part ? FVV_BACK_PART_MESH_SIZE : FVV_BACK_PICTURE_BYTES));
+    if (!bytes || bytes > size - end)
+      WRONG(ENVIRONMENT_PAYLOAD, entry, "entry has %lu bytes, expected 1 to %llu", (unsigned long)bytes,
+            (unsigned long long)(size - end));
+    end += bytes;
+  }
+  if (end != size)
+    WRONG(ENVIRONMENT_PAYLOAD, end, "%llu bytes follow the last mesh or picture, expected none",
+          (unsigned long long)(size - end));
+  for (size_t i = 0; i < environment->part_count; i++) {
+    const uint64_t entry = FVV_BACK_SIZE + (uint64_t)i * FVV_BACK_PART_SIZE;
+    if (p[entry + FVV_BACK_PART_FLAGS] & ~(FVV_PART_UNLIT | FVV_PART_DOUBLE_SIDED | FVV_PART_CLAMPED) ||
+        p[entry + FVV_BACK_PART_RESERVED])
+      WRONG(ENVIRONMENT_PAYLOAD, entry + FVV_BACK_PART_FLAGS, "reserved bits of a part are not 0");
+  }
+  for (size_t i = 0; i < environment->picture_count; i++) {
+    const uint64_t entry = at->pictures + (uint64_t)i * FVV_BACK_PICTURE_SIZE;
+    if (!fvv_all_zero(p + entry + FVV_BACK_PICTURE_RESERVED, 3))
+      WRONG(ENVIRONMENT_PAYLOAD, entry + FVV_BACK_PICTURE_RESERVED, "reserved bytes of a picture are not 0");
+  }
+  for (size_t i = 0; i < environment->light_count; i++) {
+    const uint64_t entry = at->lights + (uint64_t)i * FVV_BACK_LIGHT_SIZE;
+    if (p[entry + FVV_BACK_LIGHT_FLAGS] & ~FVV_LIGHT_CASTS_SHADOWS ||
+        !fvv_all_zero(p + entry + FVV_BACK_LIGHT_RESERVED, 6))
+      WRONG(ENVIRONMENT_PAYLOAD, entry + FVV_BACK_LIGHT_FLAGS, "reserved bits of a light are not 0");
+  }
+  return FVV_OK;
+}
+
 static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *limits, fvv_environment *out,
                               places *at, fvv_diagnostic *diagnostic) {
   if (size < FVV_BACK_SIZE)
     WRONG(ENVIRONMENT_PAYLOAD, size, "payload has %zu bytes, expected at least %d", size, FVV_BACK_SIZE);
   if (!fvv_all_zero(p + FVV_BACK_RESERVED, FVV_BACK_SIZE - FVV_BACK_RESERVED))
     WRONG(ENVIRONMENT_PAYLOAD, FVV_BACK_RESERVED, "reserved bytes are not 0");
+  const uint64_t parts = fvv_get_u32(p + FVV_BACK_PART_COUNT),
+                 pictures = fvv_get_u32(p + FVV_BACK_PICTURE_COUNT),
+                 lights = fvv_get_u32(p + FVV_BACK_LIGHT_COUNT);
+  at->pictures = FVV_BACK_SIZE + parts * FVV_BACK_PART_SIZE;
+  at->lights = at->pictures + pictures * FVV_BACK_PICTURE_SIZE;
+  at->data = at->lights + lights * FVV_BACK_LIGHT_SIZE;
+  const uint64_t most = parts > pictures    ? (parts > lights ? parts : lights)
+                        : pictures > lights ? pictures
+                                            : lights;
+  const fvv_status fits = within_limit(most, limits->max_environment, "parts, pictures or lights",
+                                       FVV_BACK_PART_COUNT, diagnostic);
+  if (fits != FVV_OK) return fits;
+  if (at->data > size || !(parts + lights))
+    WRONG(ENVIRONMENT_PAYLOAD, FVV_BACK_PART_COUNT,
+          "%llu parts, %llu pictures and %llu lights do not fit a payload of %zu bytes",
+          (unsigned long long)parts, (unsigned long long)pictures, (unsigned long long)lights, size);
+  out->part_count = (size_t)parts;
+  out->picture_count = (size_t)pictures;
+  out->light_count = (size_t)lights;
+  const fvv_status whole = check_tables(p, size, out, at, diagnostic);
+  if (whole != FVV_OK) return whole;
   get_vector(p + FVV_BACK_LATTICE_ORIGIN, out->lattice_origin, 3);
   out->lattice_step = fvv_get_f64(p + FVV_BACK_LATTICE_STEP);
   for (int k = 0; k < 3; k++)
@@ -165,35 +224,14 @@ static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *l
       WRONG(ENVIRONMENT_LATTICE, FVV_BACK_LATTICE_ORIGIN,
             "lattice has origin %g and step %g, expected a positive step and finite positions",
             out->lattice_origin[k], out->lattice_step);
-  const uint64_t parts = fvv_get_u32(p + FVV_BACK_PART_COUNT),
-                 pictures = fvv_get_u32(p + FVV_BACK_PICTURE_COUNT),
-                 lights = fvv_get_u32(p + FVV_BACK_LIGHT_COUNT);
-  at->pictures = FVV_BACK_SIZE + parts * FVV_BACK_PART_SIZE;
-  at->lights = at->pictures + pictures * FVV_BACK_PICTURE_SIZE;
-  at->data = at->lights + lights * FVV_BACK_LIGHT_SIZE;
-  if (at->data > size || !(parts + lights))
-    WRONG(ENVIRONMENT_PAYLOAD, FVV_BACK_PART_COUNT,
-          "%llu parts, %llu pictures and %llu lights do not fit a payload of %zu bytes",
-          (unsigned long long)parts, (unsigned long long)pictures, (unsigned long long)lights, size);
-  out->part_count = (size_t)parts;
-  out->picture_count = (size_t)pictures;
-  out->light_count = (size_t)lights;
-  const uint64_t most = parts > pictures    ? (parts > lights ? parts : lights)
-                        : pictures > lights ? pictures
-                                            : lights;
-  return within_limit(most, limits->max_environment, "parts, pictures or lights", FVV_BACK_PART_COUNT,
-                      diagnostic);
+  return FVV_OK;
 }
 
-/* Takes the data of the next entry, which follow those of the one before. */
-static fvv_status take(uint64_t *data, uint64_t end, uint32_t size, uint64_t entry, const uint8_t *payload,
-                       const uint8_t **out, fvv_diagnostic *diagnostic) {
-  if (!size || size > end - *data)
-    WRONG(ENVIRONMENT_PAYLOAD, entry, "entry has %lu bytes, expected 1 to %llu", (unsigned long)size,
-          (unsigned long long)(end - *data));
-  *out = payload + *data;
+/* The data of the next entry, which follow those of the one before. */
+static const uint8_t *take(uint64_t *data, uint32_t size, const uint8_t *payload) {
+  const uint8_t *taken = payload + *data;
   *data += size;
-  return FVV_OK;
+  return taken;
 }
 
 static fvv_status read_part(const uint8_t *p, uint64_t offset, const fvv_environment *environment,
@@ -203,8 +241,6 @@ static fvv_status read_part(const uint8_t *p, uint64_t offset, const fvv_environ
   part->flags = p[FVV_BACK_PART_FLAGS];
   get_vector(p + FVV_BACK_PART_TEXTURE_ORIGIN, part->texture_origin, 2);
   get_vector(p + FVV_BACK_PART_TEXTURE_SIZE, part->texture_size, 2);
-  if (part->flags & ~(FVV_PART_UNLIT | FVV_PART_DOUBLE_SIDED | FVV_PART_CLAMPED) || p[FVV_BACK_PART_RESERVED])
-    WRONG(ENVIRONMENT_PAYLOAD, offset + FVV_BACK_PART_FLAGS, "reserved bits of a part are not 0");
   if (part->picture != FVV_NO_PICTURE && part->picture >= environment->picture_count)
     WRONG(ENVIRONMENT_PART, offset + FVV_BACK_PART_PICTURE,
           "part has picture %lu, the environment has %zu pictures", (unsigned long)part->picture,
@@ -246,7 +282,7 @@ static fvv_status check_mesh(const fvv_environment_part *part, const uint8_t *pa
   return fits == FVV_OK ? within_limit(*faces, limits->max_faces, "faces", offset, diagnostic) : fits;
 }
 
-static fvv_status read_parts(const uint8_t *payload, uint64_t *data, uint64_t end, const fvv_limits *limits,
+static fvv_status read_parts(const uint8_t *payload, uint64_t *data, const fvv_limits *limits,
                              fvv_environment *out, fvv_diagnostic *diagnostic) {
   uint64_t vertices = 0, faces = 0;
   fvv_status status = FVV_OK;
@@ -255,14 +291,14 @@ static fvv_status read_parts(const uint8_t *payload, uint64_t *data, uint64_t en
     fvv_environment_part *part = &out->parts[i];
     const uint32_t size = fvv_get_u32(payload + offset + FVV_BACK_PART_MESH_SIZE);
     status = read_part(payload + offset, offset, out, part, diagnostic);
-    if (status == FVV_OK) status = take(data, end, size, offset, payload, &part->mesh, diagnostic);
+    part->mesh = take(data, size, payload);
     part->mesh_size = size;
     if (status == FVV_OK) status = check_mesh(part, payload, limits, &vertices, &faces, diagnostic);
   }
   return status;
 }
 
-static fvv_status read_pictures(const uint8_t *payload, uint64_t offset, uint64_t *data, uint64_t end,
+static fvv_status read_pictures(const uint8_t *payload, uint64_t offset, uint64_t *data,
                                 const fvv_limits *limits, fvv_environment *out, fvv_diagnostic *diagnostic) {
   const uint64_t side = limits->max_dimension;
   uint64_t pixels = 0;
@@ -273,10 +309,8 @@ static fvv_status read_pictures(const uint8_t *payload, uint64_t offset, uint64_
     picture->width = fvv_get_u32(p + FVV_BACK_PICTURE_WIDTH);
     picture->height = fvv_get_u32(p + FVV_BACK_PICTURE_HEIGHT);
     picture->size = fvv_get_u32(p + FVV_BACK_PICTURE_BYTES);
-    if (!fvv_all_zero(p + FVV_BACK_PICTURE_RESERVED, 3))
-      WRONG(ENVIRONMENT_PAYLOAD, offset + FVV_BACK_PICTURE_RESERVED, "reserved bytes of a picture are not 0");
-    fvv_status status = take(data, end, (uint32_t)picture->size, offset, payload, &picture->data, diagnostic);
-    if (status == FVV_OK) status = check_picture(picture, (uint64_t)(picture->data - payload), diagnostic);
+    picture->data = take(data, (uint32_t)picture->size, payload);
+    fvv_status status = check_picture(picture, (uint64_t)(picture->data - payload), diagnostic);
     const uint64_t longer = picture->width > picture->height ? picture->width : picture->height;
     if (status == FVV_OK)
       status = within_limit(longer, side, "pixels along a side of a picture", offset, diagnostic);
@@ -295,8 +329,6 @@ static fvv_status read_lights(const uint8_t *payload, uint64_t offset, fvv_envir
     fvv_light *light = &out->lights[i];
     light->type = p[FVV_BACK_LIGHT_TYPE];
     light->flags = p[FVV_BACK_LIGHT_FLAGS];
-    if (light->flags & ~FVV_LIGHT_CASTS_SHADOWS || !fvv_all_zero(p + FVV_BACK_LIGHT_RESERVED, 6))
-      WRONG(ENVIRONMENT_PAYLOAD, offset + FVV_BACK_LIGHT_FLAGS, "reserved bits of a light are not 0");
     get_vector(p + FVV_BACK_LIGHT_POSITION, light->position, 3);
     get_vector(p + FVV_BACK_LIGHT_DIRECTION, light->direction, 3);
     get_vector(p + FVV_BACK_LIGHT_COLOUR, light->colour, 3);
@@ -334,13 +366,9 @@ static fvv_status read(const uint8_t *payload, size_t size, const fvv_limits *li
   if (!enough)
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_ENVIRONMENT, 0,
                     "out of memory for an environment");
-  status = read_parts(payload, &at.data, size, limits, out, diagnostic);
-  if (status == FVV_OK) status = read_pictures(payload, at.pictures, &at.data, size, limits, out, diagnostic);
-  if (status == FVV_OK) status = read_lights(payload, at.lights, out, diagnostic);
-  if (status == FVV_OK && at.data != size)
-    WRONG(ENVIRONMENT_PAYLOAD, at.data, "%llu bytes follow the last mesh or picture, expected none",
-          (unsigned long long)(size - at.data));
-  return status;
+  status = read_parts(payload, &at.data, limits, out, diagnostic);
+  if (status == FVV_OK) status = read_pictures(payload, at.pictures, &at.data, limits, out, diagnostic);
+  return status == FVV_OK ? read_lights(payload, at.lights, out, diagnostic) : status;
 }
 
 fvv_status fvv_environment_decode(const uint8_t *payload, size_t size, const fvv_limits *limits,

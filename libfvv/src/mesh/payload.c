@@ -101,13 +101,13 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
                                 size - FVV_MESH_SIZE,
                                 payload[FVV_MESH_TEXTURE_BITS],
                                 payload[FVV_MESH_NORMAL_BITS]};
+  if (fvv_get_u32(payload + FVV_MESH_RESERVED))
+    return invalid(diagnostic, FVV_ISSUE_MESH_PAYLOAD, FVV_MESH_RESERVED, "reserved bytes are not 0");
   if (!known_profile(read.profile))
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
                     FVV_MESH_PROFILE, "mesh profile %u is not known, 0 to 2, 4 and 5 are", read.profile);
   fvv_status status = check_attributes(payload, diagnostic);
   if (status != FVV_OK) return status;
-  if (fvv_get_u32(payload + FVV_MESH_RESERVED))
-    return invalid(diagnostic, FVV_ISSUE_MESH_PAYLOAD, FVV_MESH_RESERVED, "reserved bytes are not 0");
   if (read.vertex_count < 3 || read.face_count < 1)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_COUNTS, FVV_CHUNK_MESH,
                     FVV_MESH_VERTEX_COUNT, "%lu vertices and %lu faces, a mesh has at least 3 and 1",

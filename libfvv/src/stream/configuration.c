@@ -5,6 +5,7 @@
 #include "base/layout.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "container/header.h"
 
 typedef struct payload_copy {
   void *data;
@@ -25,8 +26,8 @@ void fvv_configuration_init(fvv_configuration_builder *builder, const fvv_limits
   memset(builder, 0, sizeof *builder);
   builder->allocator = fvv_allocator_or_default(allocator);
   builder->limits = fvv_limits_or_default(limits);
-  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos, &builder->sounds,
-                            &builder->metadata, &builder->layouts, &builder->copies};
+  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos,  &builder->sounds,
+                            &builder->metadata, &builder->layouts, &builder->stopped, &builder->copies};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) all[i]->allocator = builder->allocator;
 }
 
@@ -36,13 +37,14 @@ static void clear(fvv_configuration_builder *b) {
     fvv_release(&b->allocator, copies[i].data, copies[i].size);
   memset(&b->view, 0, sizeof b->view);
   b->tracks.size = b->cameras.size = b->videos.size = b->sounds.size = 0;
-  b->metadata.size = b->layouts.size = b->copies.size = 0;
+  b->metadata.size = b->layouts.size = b->stopped.size = b->copies.size = 0;
+  b->textured = b->has_more = 0;
 }
 
 void fvv_configuration_free(fvv_configuration_builder *builder) {
   clear(builder);
-  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos, &builder->sounds,
-                            &builder->metadata, &builder->layouts, &builder->copies};
+  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos,  &builder->sounds,
+                            &builder->metadata, &builder->layouts, &builder->stopped, &builder->copies};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) fvv_bytes_free(all[i]);
 }
 
@@ -80,6 +82,19 @@ static int is_track(const fvv_configuration_builder *b, uint16_t track, uint8_t 
   return 0;
 }
 
+static int is_stopped(const fvv_configuration_builder *b, uint16_t track) {
+  const uint16_t *ids = (const uint16_t *)b->stopped.data;
+  for (size_t i = 0; i < COUNT(b->stopped, uint16_t); i++)
+    if (ids[i] == track) return 1;
+  return 0;
+}
+
+/* Returns failure, which says why the track is left out. */
+static fvv_status stop(fvv_configuration_builder *b, uint16_t track, fvv_status failure) {
+  const fvv_status status = fvv_bytes_append(&b->stopped, &track, sizeof track);
+  return status < 0 ? status : failure;
+}
+
 static fvv_status check_video_track(const fvv_configuration_builder *b, uint16_t track, uint32_t type,
                                     fvv_diagnostic *diagnostic) {
   if (is_track(b, track, FVV_TRACK_VIDEO)) return FVV_OK;
@@ -92,14 +107,16 @@ static fvv_status add_video(fvv_configuration_builder *b, uint16_t track, const 
   fvv_status status = check_video_track(b, track, FVV_CHUNK_VIDEO_CONFIG, diagnostic);
   if (status < 0) return status;
   const fvv_video_layout *videos = (const fvv_video_layout *)b->videos.data;
-  for (size_t i = 0; i < COUNT(b->videos, fvv_video_layout); i++)
-    if (videos[i].track == track)
-      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_TRACK, FVV_CHUNK_VIDEO_CONFIG, 0,
-                      "track %u has a second VCFG", track);
+  int again = is_stopped(b, track);
+  for (size_t i = 0; i < COUNT(b->videos, fvv_video_layout); i++) again |= videos[i].track == track;
+  if (again)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_TRACK, FVV_CHUNK_VIDEO_CONFIG, 0,
+                    "track %u has a second VCFG", track);
   fvv_video_layout video;
   memset(&video, 0, sizeof video);
   video.track = track;
   status = fvv_video_config_decode(&video.config, payload, size, &b->limits, diagnostic);
+  if (status == FVV_ERROR_UNSUPPORTED) return stop(b, track, status);
   return status < 0 ? status : fvv_bytes_append(&b->videos, &video, sizeof video);
 }
 
@@ -138,7 +155,7 @@ static fvv_status check_time_base(const fvv_configuration_builder *b, const fvv_
 static fvv_status add_audio(fvv_configuration_builder *b, uint16_t track, const uint8_t *payload, size_t size,
                             fvv_diagnostic *diagnostic) {
   const fvv_audio_layout *sounds = (const fvv_audio_layout *)b->sounds.data;
-  int again = 0;
+  int again = is_stopped(b, track);
   for (size_t i = 0; i < COUNT(b->sounds, fvv_audio_layout); i++) again |= sounds[i].track == track;
   if (again || !is_track(b, track, FVV_TRACK_AUDIO))
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_AUDIO, FVV_CHUNK_AUDIO_CONFIG, 0,
@@ -152,7 +169,7 @@ static fvv_status add_audio(fvv_configuration_builder *b, uint16_t track, const 
   const int known = status == FVV_OK;
   if (status == FVV_ERROR_UNSUPPORTED) status = FVV_OK;
   if (known) status = check_time_base(b, &sound, diagnostic);
-  return status < 0 ? status : fvv_bytes_append(&b->sounds, &sound, sizeof sound);
+  return status < 0 ? stop(b, track, status) : fvv_bytes_append(&b->sounds, &sound, sizeof sound);
 }
 
 static fvv_status add_metadata(fvv_configuration_builder *b, const uint8_t *payload, size_t size,
@@ -169,28 +186,46 @@ static fvv_status add_metadata(fvv_configuration_builder *b, const uint8_t *payl
 
 static fvv_status add_texturing(fvv_configuration_builder *b, const uint8_t *payload, size_t size,
                                 fvv_diagnostic *diagnostic) {
-  if (b->view.has_texturing)
+  if (b->textured)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TEXTURING_PAYLOAD, FVV_CHUNK_TEXTURING, 0,
                     "the block has a second TEXR");
-  b->view.has_texturing = 1;
-  return fvv_texturing_decode(&b->view.texturing, payload, size, diagnostic);
+  b->textured = 1;
+  const fvv_status status = fvv_texturing_decode(&b->view.texturing, payload, size, diagnostic);
+  b->view.has_texturing = status == FVV_OK;
+  return status;
+}
+
+/* Where a block is read alone, nothing else compares its tracks. */
+static fvv_status add_track(fvv_configuration_builder *b, const fvv_chunk_header *header,
+                            const uint8_t *payload, fvv_diagnostic *diagnostic) {
+  fvv_track track;
+  const fvv_status status = fvv_track_decode(&track, payload, (size_t)header->size, &b->limits, diagnostic);
+  if (status < 0) return status;
+  const fvv_track *tracks = (const fvv_track *)b->tracks.data;
+  for (size_t i = 0; i < COUNT(b->tracks, fvv_track); i++)
+    if (tracks[i].id == header->track)
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TRACK_ID, FVV_CHUNK_TRACK, 0,
+                      "track %u is declared twice", header->track);
+  if (COUNT(b->tracks, fvv_track) >= b->limits.max_tracks)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_TRACK, 0, "more than %u tracks",
+                    b->limits.max_tracks);
+  if (b->has_more)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CHUNK_PLACE, FVV_CHUNK_TRACK, 0,
+                    "track %u is declared after other chunks than SCEN", header->track);
+  track.id = header->track;
+  return fvv_bytes_append(&b->tracks, &track, sizeof track);
 }
 
 static fvv_status add_chunk(fvv_configuration_builder *b, const fvv_chunk_header *header,
                             const uint8_t *payload, fvv_diagnostic *diagnostic) {
   const size_t size = (size_t)header->size;
-  fvv_track track;
-  fvv_status status;
+  b->has_more |= header->type != FVV_CHUNK_SCENE && header->type != FVV_CHUNK_TRACK &&
+                 fvv_chunk_place(header->type, header->flags) != FVV_PLACE_UNKNOWN;
   switch (header->type) {
   case FVV_CHUNK_SCENE:
     return fvv_scene_decode(&b->view.scene, payload, size, diagnostic);
   case FVV_CHUNK_TRACK:
-    status = fvv_track_decode(&track, payload, size, &b->limits, diagnostic);
-    track.id = header->track;
-    if (status >= 0 && COUNT(b->tracks, fvv_track) >= b->limits.max_tracks)
-      return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_TRACK, 0, "more than %u tracks",
-                      b->limits.max_tracks);
-    return status < 0 ? status : fvv_bytes_append(&b->tracks, &track, sizeof track);
+    return add_track(b, header, payload, diagnostic);
   case FVV_CHUNK_CAMERA:
     return add_camera(b, payload, size, diagnostic);
   case FVV_CHUNK_VIDEO_CONFIG:
@@ -226,6 +261,12 @@ fvv_status fvv_configuration_add(fvv_configuration_builder *builder, const fvv_c
   return status;
 }
 
+int fvv_configuration_survives(const fvv_chunk_header *header, fvv_status status) {
+  if (status >= 0 || status == FVV_ERROR_MEMORY) return 0;
+  return !(header->flags & FVV_FLAG_CRITICAL) ||
+         (header->type == FVV_CHUNK_VIDEO_CONFIG && status == FVV_ERROR_UNSUPPORTED);
+}
+
 #define WRONG(issue, type, ...)                                                                              \
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##issue, type, offset, __VA_ARGS__)
 
@@ -239,6 +280,11 @@ fvv_status fvv_configuration_check_tiles(const fvv_configuration *configuration,
     if (!camera)
       WRONG(CONFIGURATION_CAMERA, FVV_CHUNK_TILES,
             "tile %zu of track %u shows camera %u, which is not described", i, video->track, tile->camera_id);
+  }
+  for (size_t i = 0; i < count; i++) {
+    const uint64_t offset = FVV_TILE_SIZE + i * FVV_TILE_ENTRY_SIZE;
+    const fvv_tile *tile = &tiles[i];
+    const fvv_camera *camera = fvv_configuration_camera(configuration, tile->camera_id);
     if ((uint32_t)tile->source.x + tile->source.width > camera->width ||
         (uint32_t)tile->source.y + tile->source.height > camera->height)
       WRONG(TILE_RECT, FVV_CHUNK_TILES,
@@ -248,31 +294,40 @@ fvv_status fvv_configuration_check_tiles(const fvv_configuration *configuration,
   return fvv_tiles_validate(tiles, count, video->config.width, video->config.height, diagnostic);
 }
 
+static const tile_layout *layout_of(const fvv_configuration_builder *b, uint16_t track) {
+  const tile_layout *layouts = (const tile_layout *)b->layouts.data;
+  for (size_t i = 0; i < COUNT(b->layouts, tile_layout); i++)
+    if (layouts[i].track == track) return &layouts[i];
+  return NULL;
+}
+
 static fvv_status complete_video(const fvv_configuration_builder *b, fvv_video_layout *video, uint64_t offset,
                                  fvv_diagnostic *diagnostic) {
-  const fvv_configuration *view = &b->view;
-  const tile_layout *layouts = (const tile_layout *)b->layouts.data;
-  uint64_t place = 0;
-  for (size_t i = 0; i < COUNT(b->layouts, tile_layout); i++)
-    if (layouts[i].track == video->track) {
-      video->tiles = layouts[i].tiles;
-      video->tile_count = layouts[i].count;
-      place = layouts[i].offset;
-    }
+  const tile_layout *layout = layout_of(b, video->track);
+  if (layout) {
+    video->tiles = layout->tiles;
+    video->tile_count = layout->count;
+  }
   if ((video->config.shows == FVV_SHOWS_TILES) != (video->tile_count > 0))
     WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_VIDEO_CONFIG, "track %u %s", video->track,
           video->tile_count ? "has a TILE but does not show tiles" : "shows tiles but has no TILE");
-  if (!video->tile_count) return FVV_OK;
+  return FVV_OK;
+}
+
+static fvv_status check_layout(const fvv_configuration_builder *b, const fvv_video_layout *video,
+                               fvv_diagnostic *diagnostic) {
+  const tile_layout *layout = layout_of(b, video->track);
+  if (!layout) return FVV_OK;
   const fvv_status status =
-      fvv_configuration_check_tiles(view, video, video->tiles, video->tile_count, diagnostic);
-  if (status < 0 && diagnostic) diagnostic->offset += place;
+      fvv_configuration_check_tiles(&b->view, video, layout->tiles, layout->count, diagnostic);
+  if (status < 0) fvv_diagnostic_rebase(diagnostic, layout->offset, FVV_CHUNK_TILES);
   return status;
 }
 
-/* Alternatives are of one kind and ranked. */
+/* Alternatives are of one kind and ranked from 0. */
 static fvv_status check_alternates(const fvv_configuration *view, uint64_t offset,
                                    fvv_diagnostic *diagnostic) {
-  for (size_t i = 0; i < view->track_count; i++)
+  for (size_t i = 0; i < view->track_count; i++) {
     for (size_t k = 0; k < i && view->tracks[i].alternate_group; k++) {
       const fvv_track *a = &view->tracks[k], *b = &view->tracks[i];
       if (a->alternate_group != b->alternate_group) continue;
@@ -282,12 +337,26 @@ static fvv_status check_alternates(const fvv_configuration *view, uint64_t offse
               "kind and different ranks",
               a->id, b->id, b->alternate_group, a->kind, b->kind, a->rank, b->rank);
     }
+  }
+  for (size_t i = 0; i < view->track_count; i++) {
+    const uint16_t group = view->tracks[i].alternate_group;
+    int best = !group;
+    for (size_t k = 0; k < view->track_count; k++)
+      best |= view->tracks[k].alternate_group == group && !view->tracks[k].rank;
+    if (!best)
+      WRONG(TRACK_ALTERNATE, FVV_CHUNK_TRACK, "alternate group %u has no track of rank 0, expected one",
+            group);
+  }
   return FVV_OK;
 }
 
-static fvv_status check_audio(const fvv_configuration *view, uint64_t offset, fvv_diagnostic *diagnostic) {
+fvv_status fvv_configuration_check_audio(const fvv_configuration_builder *builder, uint64_t offset,
+                                         fvv_diagnostic *diagnostic) {
+  const fvv_configuration *view = &builder->view;
+  fvv_diagnostic_clear(diagnostic);
   for (size_t i = 0; i < view->track_count; i++)
-    if (view->tracks[i].kind == FVV_TRACK_AUDIO && !fvv_configuration_audio(view, view->tracks[i].id))
+    if (view->tracks[i].kind == FVV_TRACK_AUDIO && !fvv_configuration_audio(view, view->tracks[i].id) &&
+        !is_stopped(builder, view->tracks[i].id))
       WRONG(CONFIGURATION_AUDIO, FVV_CHUNK_TRACK, "audio track %u has no ACFG", view->tracks[i].id);
   return FVV_OK;
 }
@@ -307,11 +376,15 @@ fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64
   view->metadata = (const fvv_text *)builder->metadata.data;
   view->metadata_count = COUNT(builder->metadata, fvv_text);
   if (!view->has_texturing) fvv_texturing_default(&view->texturing);
-  for (size_t i = 0; i < view->track_count; i++)
-    if (view->tracks[i].kind == FVV_TRACK_VIDEO && !fvv_configuration_video(view, view->tracks[i].id))
-      WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_TRACK, "video track %u has no VCFG", view->tracks[i].id);
+  fvv_video_layout *videos = (fvv_video_layout *)builder->videos.data;
   fvv_status status = check_alternates(view, offset, diagnostic);
-  if (status == FVV_OK) status = check_audio(view, offset, diagnostic);
+  if (status < 0) return status;
+  for (size_t i = 0; i < view->track_count; i++)
+    if (view->tracks[i].kind == FVV_TRACK_VIDEO && !fvv_configuration_video(view, view->tracks[i].id) &&
+        !is_stopped(builder, view->tracks[i].id))
+      WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_TRACK, "video track %u has no VCFG", view->tracks[i].id);
+  for (size_t i = 0; i < view->video_count && status == FVV_OK; i++)
+    status = complete_video(builder, &videos[i], offset, diagnostic);
   if (status < 0) return status;
   size_t tracks = 0, moving = 0;
   for (size_t i = 0; i < view->track_count; i++) tracks += view->tracks[i].kind == FVV_TRACK_CALIBRATION;
@@ -319,11 +392,9 @@ fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64
   if (tracks != (moving > 0))
     WRONG(CONFIGURATION_CALIBRATION, FVV_CHUNK_CAMERA, "%zu calibration tracks for %zu cameras that move",
           tracks, moving);
-  for (size_t i = 0; i < view->video_count; i++) {
-    status = complete_video(builder, (fvv_video_layout *)builder->videos.data + i, offset, diagnostic);
-    if (status < 0) return status;
-  }
-  return FVV_OK;
+  for (size_t i = 0; i < view->video_count && status == FVV_OK; i++)
+    status = check_layout(builder, &videos[i], diagnostic);
+  return status;
 }
 
 const fvv_track *fvv_configuration_track(const fvv_configuration *configuration, uint16_t id) {

@@ -49,7 +49,8 @@ struct fvv_frames {
   uint32_t lacked[LACKED_BLOCKS];
   size_t lacked_count;
   int block_open, block_bad, has_digest;
-  int block_hurt; /* something was lost or wrong in the block that arrives */
+  int block_hurt;   /* something was lost or wrong in the block that arrives */
+  int block_silent; /* it was reported that an audio track has no configuration */
   open_frame frame;
   int in_group, lost; /* lost: frames up to the next group are not whole */
   fvv_bytes left_out; /* uint16_t: tracks that the caller does not use */
@@ -161,13 +162,21 @@ static void report_damage(fvv_frames *f, const fvv_diagnostic *diagnostic, uint6
   f->lost = f->block_hurt = 1;
 }
 
+/* Something is wrong that costs no more than an ancillary chunk, or a track. */
+static void report_stop(const fvv_diagnostic *diagnostic, uint64_t offset, fvv_frames_event *out) {
+  out->kind = FVV_FRAMES_DAMAGE;
+  out->offset = offset;
+  out->diagnostic = *diagnostic;
+  out->whole = 1;
+}
+
 /* ---- configuration ---------------------------------------------------------------------------------- */
 
 static fvv_status add_configuration(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
   if (event->chunk.type == FVV_CHUNK_SCENE) {
     f->block_open = 1;
-    f->block_bad = f->block_hurt = 0;
+    f->block_bad = f->block_hurt = f->block_silent = 0;
     f->block_offset = event->offset;
     f->block_digest = 0;
   }
@@ -177,6 +186,10 @@ static fvv_status add_configuration(fvv_frames *f, fvv_frames_event *out) {
   const fvv_status status =
       fvv_configuration_add(&f->building, &event->chunk, event->payload, event->offset, &why);
   if (status >= 0 || status == FVV_ERROR_MEMORY) return status;
+  if (fvv_configuration_survives(&event->chunk, status)) {
+    report_stop(&why, event->offset, out);
+    return FVV_OK;
+  }
   f->block_bad = 1;
   /* What is wrong because something before it was lost is no damage of its own. */
   if (!f->block_hurt) report_damage(f, &why, event->offset, 0, out);
@@ -228,15 +241,21 @@ static uint32_t wanted_digest(const fvv_frames *f) {
  * wrong with the rest of it is no damage of its own. */
 static fvv_status close_block(fvv_frames *f, int stream_ended, fvv_frames_event *out) {
   f->block_open = 0;
-  if (f->block_hurt && !stream_ended && !(is_group(f) && wanted_digest(f) == f->block_digest))
-    f->block_bad = 1;
+  const int is_whole_block = !stream_ended && is_group(f) && wanted_digest(f) == f->block_digest;
+  if (f->block_hurt && !stream_ended && !is_whole_block) f->block_bad = 1;
   if (f->block_bad) return FVV_OK;
   fvv_diagnostic why = {0};
   const fvv_status status = fvv_configuration_complete(&f->building, f->block_offset, &why);
   if (status == FVV_ERROR_MEMORY) return status;
   if (status < 0) {
     f->block_bad = 1;
-    if (!stream_ended) report_damage(f, &why, f->block_offset, 0, out);
+    if (is_whole_block) report_damage(f, &why, f->block_offset, 0, out);
+    return FVV_OK;
+  }
+  if (is_whole_block && !f->block_silent &&
+      fvv_configuration_check_audio(&f->building, f->block_offset, &why) < 0) {
+    f->block_open = f->block_silent = 1; /* the block itself is reported by the next call */
+    report_stop(&why, f->block_offset, out);
     return FVV_OK;
   }
   const known_block *known = find_known(f, f->block_digest);
@@ -433,6 +452,11 @@ static int is_needed(const fvv_frames *f) {
 
 static fvv_status take_damage(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
+  /* A chunk that is there and breaks a rule of its block. Where one is missing, the digest says of which. */
+  const fvv_place of = fvv_chunk_place(event->diagnostic.chunk_type, 0);
+  if (f->block_open && (of == FVV_PLACE_CONFIGURATION || of == FVV_PLACE_UNKNOWN) &&
+      event->diagnostic.status == FVV_ERROR_INVALID && event->diagnostic.issue != FVV_ISSUE_CONTINUITY)
+    f->block_bad = 1;
   const int was_lost = f->lost, is_spared = f->is_listed && f->in_group && !is_needed(f);
   report_damage(f, &event->diagnostic, event->offset, event->skipped, out);
   if (!is_spared) return FVV_OK;

@@ -135,6 +135,7 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
       const fvv_chunk_header header = {chunks[i].type, chunks[i].flags, 0, chunks[i].track,
                                        chunks[i].time, chunks[i].size,  0, 0};
       status = fvv_configuration_add(&stream->configuration, &header, payload, chunks[i].offset, diagnostic);
+      if (fvv_configuration_survives(&header, status)) status = FVV_OK;
     }
     if (status >= 0)
       status = fvv_configuration_complete(&stream->configuration, info->configuration_offset, diagnostic);

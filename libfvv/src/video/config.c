@@ -113,9 +113,6 @@ static fvv_status check_ranges(const fvv_video_config *config, fvv_status status
     return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_WIDTH,
                     "frame is %" PRIu32 " x %" PRIu32 ", expected at least 1 x 1", config->width,
                     config->height);
-  if (config->shows > FVV_SHOWS_ATLAS)
-    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_SHOWS, "kind of content is %d, expected 0 or 1",
-                    config->shows);
   if (config->bit_depth < 8 || config->bit_depth > 16)
     return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_BIT_DEPTH, "bit depth is %d, expected 8 to 16",
                     config->bit_depth);
@@ -125,15 +122,24 @@ static fvv_status check_ranges(const fvv_video_config *config, fvv_status status
   return FVV_OK;
 }
 
+static fvv_status unknown_content(uint8_t shows, fvv_status status, fvv_diagnostic *diagnostic) {
+  return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_CODEC, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_SHOWS,
+                  "kind of content is %d, expected 0 or 1", shows);
+}
+
 static fvv_status check_still(const still_rules *rules, const fvv_video_config *config, fvv_status status,
                               fvv_diagnostic *diagnostic) {
+  if (!config->record_size && !config->codec_string_size) return FVV_OK;
+  return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_RECORD_SIZE,
+                  "record and codec string have %zu and %zu bytes, expected none for %s", config->record_size,
+                  config->codec_string_size, rules->name);
+}
+
+static fvv_status check_still_ranges(const still_rules *rules, const fvv_video_config *config,
+                                     fvv_status status, fvv_diagnostic *diagnostic) {
   if (config->bit_depth != rules->bit_depth)
     return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RANGE, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_BIT_DEPTH,
                     "bit depth is %d, %s has %d", config->bit_depth, rules->name, rules->bit_depth);
-  if (config->record_size || config->codec_string_size)
-    return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_RECORD_SIZE,
-                    "record and codec string have %zu and %zu bytes, expected none for %s",
-                    config->record_size, config->codec_string_size, rules->name);
   /* H.273: linear light, RGB, full range. */
   if (config->codec == FVV_CODEC_OEXR &&
       (config->transfer_characteristics != 8 || config->matrix_coefficients != 0 || config->full_range != 1))
@@ -179,12 +185,13 @@ static fvv_status check_record(const fvv_codec_rules *rules, const fvv_video_con
 
 static fvv_status check_config(const fvv_video_config *config, fvv_status status,
                                fvv_diagnostic *diagnostic) {
+  const still_rules *still = still_rules_of(config->codec);
   fvv_status result = check_ranges(config, status, diagnostic);
+  if (result == FVV_OK && still) result = check_still_ranges(still, config, status, diagnostic);
   if (result != FVV_OK) return result;
   result = fvv_text_check(config->codec_string, config->codec_string_size, "codec string", status,
                           FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_SIZE + (uint64_t)config->record_size, diagnostic);
   if (result != FVV_OK) return result;
-  const still_rules *still = still_rules_of(config->codec);
   return still ? check_still(still, config, status, diagnostic)
                : check_record(rules_of(config->codec), config, status, diagnostic);
 }
@@ -199,6 +206,7 @@ fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out,
   *written = 0;
   if (!is_known(config->codec))
     return unknown_codec(config->codec, FVV_ERROR_INPUT, FVV_CHUNK_VIDEO_CONFIG, diagnostic);
+  if (config->shows > FVV_SHOWS_ATLAS) return unknown_content(config->shows, FVV_ERROR_INPUT, diagnostic);
   const fvv_limits limits = fvv_limits_or_default(NULL);
   const uint32_t side = config->width > config->height ? config->width : config->height;
   fvv_status status = check_config(config, FVV_ERROR_INPUT, diagnostic);
@@ -250,6 +258,8 @@ fvv_status fvv_video_config_decode(fvv_video_config *config, const uint8_t *payl
   fvv_video_config c = {0};
   c.codec = fvv_get_u32(payload + FVV_VCFG_CODEC);
   if (!is_known(c.codec)) return unknown_codec(c.codec, FVV_ERROR_UNSUPPORTED, type, diagnostic);
+  if (payload[FVV_VCFG_SHOWS] > FVV_SHOWS_ATLAS)
+    return unknown_content(payload[FVV_VCFG_SHOWS], FVV_ERROR_UNSUPPORTED, diagnostic);
   c.width = fvv_get_u32(payload + FVV_VCFG_WIDTH);
   c.height = fvv_get_u32(payload + FVV_VCFG_HEIGHT);
   if (c.width > allowed.max_dimension || c.height > allowed.max_dimension)

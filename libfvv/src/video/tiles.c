@@ -70,6 +70,15 @@ static fvv_status check_places(const fvv_tile *tiles, size_t count, uint32_t fra
       return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_RECT, FVV_CHUNK_TILES, offset,
                       "tile %zu ends at (%d, %d), outside the frame of %" PRIu32 " x %" PRIu32, i,
                       d->x + d->width, d->y + d->height, frame_width, frame_height);
+  }
+  return FVV_OK;
+}
+
+static fvv_status check_overlaps(const fvv_tile *tiles, size_t count, fvv_status status,
+                                 fvv_diagnostic *diagnostic) {
+  for (size_t i = 0; i < count; i++) {
+    const fvv_rect *d = &tiles[i].destination;
+    const uint64_t offset = entry_offset(i, FVV_TILE_ENTRY_DESTINATION);
     for (size_t j = 0; j < i; j++) {
       const fvv_rect *o = &tiles[j].destination;
       if (d->x < o->x + o->width && o->x < d->x + d->width && d->y < o->y + o->height &&
@@ -89,9 +98,10 @@ static fvv_status check_tiles(const fvv_tile *tiles, size_t count, uint32_t fram
     return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_PAYLOAD, FVV_CHUNK_TILES, FVV_TILE_COUNT,
                     "0 tiles, expected at least one");
   fvv_status result = check_sizes(tiles, count, status, diagnostic);
+  if (result == FVV_OK) result = check_places(tiles, count, frame_width, frame_height, status, diagnostic);
   /* Before the pairs are compared: it bounds count by the number of identifiers. */
   if (result == FVV_OK) result = check_cameras(tiles, count, status, diagnostic);
-  if (result == FVV_OK) result = check_places(tiles, count, frame_width, frame_height, status, diagnostic);
+  if (result == FVV_OK) result = check_overlaps(tiles, count, status, diagnostic);
   return result;
 }
 

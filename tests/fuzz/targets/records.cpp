@@ -142,7 +142,7 @@ FVV_FUZZ_TARGET(audio, fuzz::Form::bytes) {
     expect_same(payload, [&](uint8_t *out, size_t room, size_t *written) {
       return fvv_audio_encode(&config, &chunk, packets.data(), out, room, written, nullptr);
     });
-    fuzz::expect_status(fvv_audio_follow(&place, &config, time_base, &chunk, time, time + 100, nullptr));
+    fuzz::expect_status(fvv_audio_follow(&place, &config, time_base, &chunk, 0, time, time + 100, nullptr));
   }
 }
 

@@ -31,8 +31,8 @@ std::optional<LiveSound> LiveSounds::decode(const fvv_frame_chunk &chunk) {
   };
   call(fvv_audio_decode(config, chunk.payload, size, &sound, packets.data(), packets.size(), &diagnostic));
   Track &track = tracks[id];
-  call(fvv_audio_follow(&track.place, config, configuration.scene.time_base, &sound, chunk.header.time,
-                        group_end, &diagnostic));
+  call(fvv_audio_follow(&track.place, config, configuration.scene.time_base, &sound,
+                        chunk.header.flags & FVV_FLAG_KEY, chunk.header.time, group_end, &diagnostic));
   try {
     const media::SoundFormat format = demux::sound_format(*config);
     const int64_t duration = config->packet_duration;

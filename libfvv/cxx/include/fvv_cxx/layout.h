@@ -131,7 +131,7 @@ inline constexpr size_t size = 24;
 // Where a chunk of a type may be (unknown: a type without a rule), and which flags it has. The key flag is
 // free for chunks of frames.
 enum class ChunkPlace { unknown, configuration, group, frame, end };
-enum class ChunkTrack { none, own, any };
+enum class ChunkTrack { none, own };
 struct ChunkRule {
   uint32_t type;
   ChunkPlace place;
@@ -141,7 +141,7 @@ struct ChunkRule {
 inline constexpr ChunkRule chunk_rules[] = {
   {FVV_CHUNK_SCENE, ChunkPlace::configuration, 1, ChunkTrack::none},
   {FVV_CHUNK_TRACK, ChunkPlace::configuration, 1, ChunkTrack::own},
-  {FVV_CHUNK_METADATA, ChunkPlace::configuration, 0, ChunkTrack::any},
+  {FVV_CHUNK_METADATA, ChunkPlace::configuration, 0, ChunkTrack::none},
   {FVV_CHUNK_CAMERA, ChunkPlace::configuration, 1, ChunkTrack::none},
   {FVV_CHUNK_VIDEO_CONFIG, ChunkPlace::configuration, 1, ChunkTrack::own},
   {FVV_CHUNK_TILES, ChunkPlace::configuration, 1, ChunkTrack::own},
