@@ -1,4 +1,4 @@
-"""Draco bitstreams of the sequential method, written by hand: what the encoders at hand do not write, allowed or not.
+"""Draco bitstreams written by hand, most of the sequential method: what the encoders at hand do not write, allowed or not.
 
 Clauses 1 to 3 and 6 of spec/draco.md; differences are the only prediction.
 """
@@ -6,6 +6,8 @@ Clauses 1 to 3 and 6 of spec/draco.md; differences are the only prediction.
 import struct
 
 from reference.container import uleb128, zigzag
+from reference.decode.draco_edgebreaker import LEAST_VALENCE, MOST_VALENCE, split_events
+from reference.decode.draco_symbols import BinaryDecoder, Buffer, symbols
 
 PLAIN, DIFFERENCES = 1, 0  # ways of corners
 DIFFERENCE, NO_PREDICTION = 0, -2
@@ -64,16 +66,16 @@ def precision(width):
     return min(max(3 * width // 2, 12), 20)
 
 
-def padded(probabilities, symbols):
-    return probabilities + [0] * max(0, symbols - len(probabilities))
+def padded(probabilities, least_symbols):
+    return probabilities + [0] * max(0, least_symbols - len(probabilities))
 
 
-def raw(numbers, width, symbols=0):
+def raw(numbers, width, least_symbols=0):
     bits = precision(width)
-    return bytes([1, width]) + rans(numbers, padded(shares(numbers, 1 << bits), symbols), bits)
+    return bytes([1, width]) + rans(numbers, padded(shares(numbers, 1 << bits), least_symbols), bits)
 
 
-def tagged(numbers, components, symbols=0):
+def tagged(numbers, components, least_symbols=0):
     rows = [numbers[i : i + components] for i in range(0, len(numbers), components)]
     tags = [max(number.bit_length() for number in row) for row in rows]
     packed = at = 0
@@ -83,15 +85,15 @@ def tagged(numbers, components, symbols=0):
             at += tag
     return (
         bytes([0])
-        + rans(tags, padded(shares(tags, 1 << SMALL), symbols), SMALL)
+        + rans(tags, padded(shares(tags, 1 << SMALL), least_symbols), SMALL)
         + packed.to_bytes((at + 7) // 8, "little")
     )
 
 
 def values(
-    rows, *, prediction=DIFFERENCE, transform=1, size=None, width=None, least=None, most=None, symbols=0
+    rows, *, prediction=DIFFERENCE, transform=1, size=None, width=None, least=None, most=None, least_symbols=0
 ):
-    """size: bytes of numbers without entropy coding; width: of a raw alphabet; neither: tags. symbols: at least, of the alphabet."""
+    """size: bytes of numbers without entropy coding; width: of a raw alphabet; neither: tags. least_symbols: of the alphabet."""
     flat = [value for row in rows for value in row]
     low = min(flat) if least is None else least
     high = max(flat) if most is None else most
@@ -104,9 +106,9 @@ def values(
     if size:
         coded = bytes([0, size]) + b"".join(number.to_bytes(size, "little") for number in numbers)
     elif width:
-        coded = b"\1" + raw(numbers, width, symbols)
+        coded = b"\1" + raw(numbers, width, least_symbols)
     else:
-        coded = b"\1" + tagged(numbers, len(rows[0]), symbols)
+        coded = b"\1" + tagged(numbers, len(rows[0]), least_symbols)
     head = struct.pack("<b", prediction)
     if prediction == NO_PREDICTION:
         return head + coded
@@ -137,3 +139,17 @@ def sequential(
     out += bytes([coding]) * len(columns)
     out += values(shape.positions, **of_values) if positions is None else positions
     return out + b"".join(values(rows, **of_values) for _, rows in columns[1:])
+
+
+def with_tagged_lists(data):
+    """A bitstream of the valence traversal, with tags in place of the raw alphabets of its lists."""
+    buffer = Buffer(data, 12)
+    buffer.number(), buffer.number(), buffer.u8(), buffer.number(), buffer.number()
+    split_events(buffer, buffer.number())
+    BinaryDecoder(buffer)
+    out = data[: buffer.at]
+    for _ in range(LEAST_VALENCE, MOST_VALENCE + 1):
+        count = buffer.number()
+        numbers = symbols(buffer, count, 1)
+        out += uleb128(count) + (tagged(numbers, 1) if numbers else b"")
+    return out + data[buffer.at :]

@@ -345,8 +345,12 @@ def draco_by_hand():
 
     changed("coded_2", "The numbers are coded in way 2.", b"\2")
     changed("scheme", "The symbols have the scheme 2.", b"\2", at + 1)
-    changed("alphabet_0", "The alphabet has no bits.", b"\0", at + 2)
-    changed("alphabet_19", "The alphabet has 19 bits.", b"\x13", at + 2)
+    for width, wrong, name in ((8, 0, "no bits"), (18, 19, "19 bits")):
+        coded = draco_writer.values(grid.positions, width=width)
+        coded = coded.replace(bytes([1, 1, width]), bytes([1, 1, wrong]), 1)
+        broken(
+            f"alphabet_{wrong}", f"The alphabet has {name}, and the precision of {width}.", positions=coded
+        )
     changed(
         "precision",
         "The probabilities add up to less than the precision of the declared bits.",
@@ -368,8 +372,8 @@ def draco_by_hand():
     broken("counts", "The bitstream declares a face more.", 3008, counts=bytes([faces + 1, points]), width=9)
     wide = {"least": -(1 << 30), "most": (1 << 30) - 1}
     broken("range_2_31", "The range of values is 2^31.", width=9, **wide)
-    broken("tags_34", "An alphabet of tags has 34 symbols.", symbols=34)
-    many = by_hand(meshes.grid(20, 15), width=18, symbols=(1 << 18) + 1)
+    broken("tags_34", "An alphabet of tags has 34 symbols.", least_symbols=34)
+    many = by_hand(meshes.grid(20, 15), width=18, least_symbols=(1 << 18) + 1)
     mesh("draco_sequential_alphabet_long", "A raw alphabet has 2^18 + 1 symbols.", "8.4", many, 3009)
     wrong = grid._replace(faces=[(0, 1, points), *grid.faces[1:]])
     mesh("draco_sequential_corner", "A corner is no vertex.", "8.3 8.4", by_hand(wrong, width=9), 3005)
@@ -384,6 +388,9 @@ def draco_connectivity():
         data = good[:at] + bytes([value]) + good[at + 1 :]
         mesh(f"draco_ring_{case}", title, "8.4", draco_payload("torus", data=data), issue)
 
+    for size, issue in ((10, 3007), (11, 3009)):
+        data = draco_payload("torus", data=good[:size])
+        mesh(f"draco_ring_{size}_bytes", f"{size} bytes of bitstream.", "8.4", data, issue)
     assert good[11:24] == bytes([0, 54, 108, 0, 107, 6, 2, 97, 11, 5, 61, 3, 28])
     changed("traversal", "The traversal is 1.", 11, 1)
     changed("seams", "An attribute has seams.", 14, 1, 3010)

@@ -213,12 +213,12 @@ def draco_profile():
             many,
             {"width": 9, "least": -(1 << 30), "most": (1 << 30) - 2},
         ),
-        ("tags_33", "An alphabet of 33 tags.", shape, {"symbols": 33}),
+        ("tags_33", "An alphabet of 33 tags.", shape, {"least_symbols": 33}),
         (
             "alphabet_long",
             "An alphabet of 2^18 symbols.",
             many,
-            {"width": 18, "symbols": 1 << 18},
+            {"width": 18, "least_symbols": 1 << 18},
         ),
         ("corners_u16", "Corners of 16 bits.", many, {"width": 9}),
         ("corners_256", "256 vertices: corners of 16 bits.", meshes.grid(16, 16), {"width": 9}),
@@ -230,6 +230,21 @@ def draco_profile():
             "8.4",
             lambda mesh=mesh, options=options: stream([(by_hand(mesh, **options), True)]),
         )
+    valid(
+        "mesh_draco_torus_tags",
+        "Draco: a handle by the valence traversal, whose symbols have tags.",
+        "8.4",
+        lambda: stream(
+            [
+                (
+                    draco_payload(
+                        "torus_speed_4", data=draco_writer.with_tagged_lists(media.draco("torus_speed_4")[2])
+                    ),
+                    True,
+                )
+            ]
+        ),
+    )
     valid(
         "mesh_profiles_mixed",
         "Raw, Draco and fast meshes in one group.",
