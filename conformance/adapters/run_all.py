@@ -9,8 +9,9 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 
 from adapters import all as adapters  # noqa: E402
-from fvv_conformance import cases, outputs, running, sweep  # noqa: E402
+from fvv_conformance import cases, contents, outputs, running, sweep  # noqa: E402
 from fvv_conformance.command import Progress, print_sweep  # noqa: E402
+from fvv_conformance.decoder import Decoder  # noqa: E402
 from kaitai import compare as kaitai  # noqa: E402
 
 DECODERS = ("libfvv", "wasm", "python", "reference", "chromium", "firefox")
@@ -67,10 +68,35 @@ def damaged(found, names, count, exhaustive):
     return rows
 
 
+def wrong_contents(found, names, count):
+    """How many wrong contents libfvv and the reference decoder judge alike: the same rule, place and frames."""
+    pair = [
+        Decoder(command, 60) for _, command in runnable([n for n in ("libfvv", "reference") if n in names])
+    ]
+    if len(pair) < 2:
+        return None
+    total, lines = contents.compare(pair, found, count)
+    for one in pair:
+        one.close()
+    for line in lines[:20]:
+        print(line)
+    print(
+        f"wrong contents: {total - len(lines)} of {total} are judged alike by libfvv and the reference decoder"
+    )
+    return {"of": total, "differences": lines}
+
+
 def main():
     parser = argparse.ArgumentParser(prog="./run conformance", description=__doc__)
     parser.add_argument(
         "--sweep", metavar="N", type=int, default=20, help="damages of each case (default 20); 0: none"
+    )
+    parser.add_argument(
+        "--contents",
+        metavar="N",
+        type=int,
+        default=5,
+        help="wrong contents of each case (default 5); 0: none",
     )
     parser.add_argument(
         "--all", action="store_true", help="every cut and every bit of cases up to 8 kB: an hour"
@@ -87,6 +113,9 @@ def main():
     result = compare(found, names)
     outputs.print_result(result)
     result["kaitai"] = described(found)
+    wrong = wrong_contents(found, names, arguments.contents) if arguments.contents else None
+    if wrong:
+        result["figures"]["contents.differences"] = len(wrong["differences"])
     result["sweep"] = (
         damaged(found, [name for name in SWEPT if name in names], arguments.sweep, arguments.all)
         if arguments.sweep or arguments.all
@@ -109,6 +138,7 @@ def main():
         print(f"{name}: {json.dumps(value)}")
     print(f"{time.monotonic() - start:.0f} s; {folder.relative_to(adapters.ROOT)}/index.html")
     bad = any(one["disagreements"] for one in result["decoders"])
+    bad = bad or (wrong and wrong["differences"])
     bad = bad or (result["kaitai"] and result["kaitai"]["agreed"] < result["kaitai"]["of"])
     return (
         1 if bad or any(row["silent"] or row["failed"] or row["disagreed"] for row in result["sweep"]) else 0

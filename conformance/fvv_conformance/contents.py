@@ -5,6 +5,7 @@ CRCs, digests, chains, tables and the index are made again. What comes first of 
 that all readers that check agree.
 """
 
+import base64
 import random
 import struct
 
@@ -102,8 +103,6 @@ def compare(decoders, wanted, count, seed=0):
     """Two decoders over wrong streams: (how many, differences as lines)."""
     one, other = decoders
     names, contents = zip(*streams(wanted, count, seed))
-    import base64
-
     requests = [{"data": base64.b64encode(content).decode()} for content in contents]
     lines = []
     for name, a, b in zip(names, one.decode_all(iter(requests)), other.decode_all(iter(requests))):

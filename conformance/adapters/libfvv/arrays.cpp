@@ -111,14 +111,17 @@ struct Frame {
     const uint8_t *sample;
     size_t size;
     int key;
-    if (found(fvv_stream_sample(stream, frame, track, &sample, &size, &key, nullptr))) {
+    const bool sampled = found(fvv_stream_sample(stream, frame, track, &sample, &size, &key, nullptr));
+    if (sampled) {
       const uint8_t flag = key != 0;
       arrays["video/" + id + "/sample"] = sha256(sample, size);
       arrays["video/" + id + "/key"] = sha256(&flag, 1);
     }
     const fvv_tile *tiles;
     size_t count;
-    if (!found(fvv_stream_tiles(stream, info.group, track, &tiles, &count, nullptr))) return;
+    const fvv_status laid_out = fvv_stream_tiles(stream, info.group, track, &tiles, &count, nullptr);
+    if (laid_out < 0 && !sampled) return; // a frame without a sample needs no layout
+    if (!found(laid_out)) return;
     std::vector<uint32_t> numbers;
     for (size_t i = 0; i < count; i++) {
       numbers.push_back(tiles[i].camera_id);
