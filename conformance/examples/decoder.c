@@ -1,4 +1,4 @@
-/* A decoder under test in C, over libfvv: cameras alone, none of damaged streams. */
+/* A decoder under test in C, over libfvv: cameras of whole frames. */
 #include <cjson/cJSON.h>
 #include <openssl/evp.h>
 #include <stdio.h>
@@ -42,7 +42,17 @@ static void add_camera(cJSON *arrays, const fvv_camera *c) {
   cJSON_AddStringToObject(arrays, name, hex);
 }
 
-static void add_frames(cJSON *frames, content *stream_content) {
+/* Whether the checker calls the frame of a time whole. */
+static int is_whole(const fvv_checker *checker, int64_t time) {
+  for (size_t i = 0; i < fvv_checker_run_count(checker); i++) {
+    const fvv_frame_run *run = fvv_checker_run(checker, i);
+    if (time >= run->first_time && time <= run->last_time) return 1;
+  }
+  return 0;
+}
+
+static void add_frames(cJSON *frames, content *stream_content, const fvv_checker *checker) {
+  int64_t last = INT64_MIN; /* a group of a wrong time may repeat those of an earlier one */
   const fvv_input input = fvv_input_memory(stream_content->bytes, stream_content->size);
   fvv_stream *stream;
   if (fvv_stream_open(&input, NULL, NULL, &stream, NULL) != FVV_OK) return;
@@ -51,8 +61,10 @@ static void add_frames(cJSON *frames, content *stream_content) {
     fvv_camera camera;
     const fvv_configuration *configuration;
     if (fvv_stream_frame(stream, f, &frame, NULL) != FVV_OK ||
-        fvv_stream_configuration(stream, frame.group, &configuration, NULL) != FVV_OK)
+        fvv_stream_configuration(stream, frame.group, &configuration, NULL) != FVV_OK ||
+        !is_whole(checker, frame.time) || frame.time <= last)
       continue;
+    last = frame.time;
     cJSON *one = cJSON_CreateObject();
     char time[24]; /* a string: cJSON's numbers are doubles */
     snprintf(time, sizeof time, "%lld", (long long)frame.time);
@@ -75,12 +87,12 @@ static cJSON *decode(const cJSON *request) {
   if (fvv_checker_create(&options, NULL, NULL, &checker) != FVV_OK) exit(1);
   fvv_checker_push(checker, bytes.bytes, bytes.size);
   const int whole = fvv_checker_finish(checker) >= 0 && !fvv_checker_summary(checker)->problems;
-  fvv_checker_destroy(checker);
   cJSON *report = cJSON_CreateObject();
   cJSON_AddItemToObject(report, "id", cJSON_Duplicate(cJSON_GetObjectItem(request, "id"), 1));
   cJSON_AddStringToObject(report, "status", whole ? "whole" : "damaged");
   cJSON *frames = cJSON_AddArrayToObject(report, "frames");
-  if (whole) add_frames(frames, &bytes);
+  add_frames(frames, &bytes, checker);
+  fvv_checker_destroy(checker);
   free(bytes.bytes);
   return report;
 }
