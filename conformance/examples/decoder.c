@@ -52,7 +52,7 @@ static int is_whole(const fvv_checker *checker, int64_t time) {
 }
 
 static void add_frames(cJSON *frames, content *stream_content, const fvv_checker *checker) {
-  int64_t last = INT64_MIN; /* a group of a wrong time may repeat those of an earlier one */
+  int64_t last = 0; /* a group of a wrong time may repeat those of an earlier one */
   const fvv_input input = fvv_input_memory(stream_content->bytes, stream_content->size);
   fvv_stream *stream;
   if (fvv_stream_open(&input, NULL, NULL, &stream, NULL) != FVV_OK) return;
@@ -62,7 +62,7 @@ static void add_frames(cJSON *frames, content *stream_content, const fvv_checker
     const fvv_configuration *configuration;
     if (fvv_stream_frame(stream, f, &frame, NULL) != FVV_OK ||
         fvv_stream_configuration(stream, frame.group, &configuration, NULL) != FVV_OK ||
-        !is_whole(checker, frame.time) || frame.time <= last)
+        !is_whole(checker, frame.time) || (cJSON_GetArraySize(frames) && frame.time <= last))
       continue;
     last = frame.time;
     cJSON *one = cJSON_CreateObject();
