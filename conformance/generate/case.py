@@ -24,7 +24,8 @@ STOPPED = {2205, 4002}
 
 
 class Case(NamedTuple):
-    """make: returns a writer.Stream or bytes. refused: nothing after the fault is read, although the rule's number allows it."""
+    """make: returns a writer.Stream or bytes. refused: nothing after the fault is read, although the rule's number allows it.
+    limits: it is beyond the limits that every reader supports (clause 13)."""
 
     tier: str
     name: str
@@ -36,6 +37,7 @@ class Case(NamedTuple):
     needs_check: bool = False
     refused: bool = False
     source: str = ""
+    limits: bool = False
 
 
 _cases = {}
@@ -53,7 +55,7 @@ def issue(number):
     return f"FVV-{number}"
 
 
-def valid(name, title, clauses, make, *, uncommon=False, requirements=(), rules=(), source=""):
+def valid(name, title, clauses, make, *, uncommon=False, requirements=(), rules=(), source="", limits=False):
     """A stream without fault. rules: those whose limit it reaches; requirements: those on programs that it shows."""
     add(
         Case(
@@ -65,6 +67,7 @@ def valid(name, title, clauses, make, *, uncommon=False, requirements=(), rules=
             tuple(map(issue, requirements)),
             make,
             source=source,
+            limits=limits,
         )
     )
 
@@ -134,6 +137,8 @@ def expectation(case, data, fault):
     out["issues"] = [{"issue": issue(fault[0]), "offset": fault[1]}] if fault else []
     if case.needs_check or (fault and fault[0] in NEEDS_CHECK):
         out["needs_check"] = True
+    if case.limits or (fault and fault[0] == 7001):
+        out["limits"] = True
     if not found["summary"]["ended"]:
         # Without a footer only a reader from front to back finds an index.
         del found["summary"]["indexed"]

@@ -88,6 +88,19 @@ def test_parts_that_are_not_claimed_are_not_compared():
     assert describe_differences("valid", WHOLE, other, frozenset(("mesh", "environment"))) == []
 
 
+def test_limits_of_readers_differ():
+    """Clause 13 lets a reader take more than the reference library, and no more than the guaranteed limits."""
+    faulty = changed(FAULTY, issues=[{"issue": "FVV-7001", "offset": 96}], limits=True)
+    refused = changed(WHOLE, status="refused", issues=[{"issue": "FVV-7001", "offset": 9}], frames=[])
+    assert describe_differences("faulty", faulty, faulty, PARTS) == []
+    assert describe_differences("faulty", faulty, WHOLE, PARTS) == []
+    assert describe_differences("faulty", changed(faulty, limits=False), WHOLE, PARTS)
+    assert describe_differences("uncommon", changed(WHOLE, limits=True), refused, PARTS) == []
+    assert describe_differences("uncommon", WHOLE, refused, PARTS)
+    other = changed(refused, issues=[{"issue": "FVV-1103", "offset": 9}])
+    assert describe_differences("uncommon", changed(WHOLE, limits=True), other, PARTS)
+
+
 def test_faulty_streams():
     some = changed(FAULTY, frames=WHOLE["frames"][1:], sounds={}, environment={})
     assert describe_differences("faulty", FAULTY, some, PARTS) == []

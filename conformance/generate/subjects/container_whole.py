@@ -44,6 +44,7 @@ def counts():
         "5.2 13",
         lambda: tracks(200, used=(1, 200)),
         uncommon=True,
+        limits=True,
     )
     valid("track_65535", "The only track has the greatest identifier.", "5.2", lambda: tracks(1, first=65535))
     valid(

@@ -336,7 +336,14 @@ def tiles_whole():
         (1, (0, 0, 16, 16), (16, 0, 16, 16)),
     )
     valid("tiles_64_cameras", "64 cameras, each with a tile.", "10.2 13", lambda: many_cameras(64))
-    valid("cameras_200", "200 cameras without pictures.", "9.2", lambda: cameras_only(200), uncommon=True)
+    valid(
+        "cameras_200",
+        "200 cameras without pictures.",
+        "9.2",
+        lambda: cameras_only(200),
+        uncommon=True,
+        limits=True,
+    )
     valid("tiles_group", "Groups with layouts of their own, and groups without.", "10.11", group_layouts)
     valid(
         "tiles_group_drops_camera",
