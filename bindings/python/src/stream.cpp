@@ -552,6 +552,7 @@ py::list Stream::problems() {
   for (const fvv_diagnostic &one : found.diagnostics) out.append(describe(one, name));
   for (const std::string &text : found.texts)
     out.append(py::make_tuple(fvv_status_text(FVV_ERROR_DAMAGED), py::none(), py::none(), py::none(),
+                              py::none(),
                               text_of((name + ": " + text).data(), name.size() + 2 + text.size())));
   return out;
 }

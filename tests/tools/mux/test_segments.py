@@ -173,7 +173,10 @@ def ladder(groups=3, ranks=(0, 1, 3), tracks=None):
 
     for place, rank in enumerate(ranks):
         if has(place + 1):
-            values = {"alternate_group": 7, "rank": rank, "bit_rate": 1000 - rank, "nominal_size": 4}
+            values = {"bit_rate": 1000 - rank, "nominal_size": 4}
+            # What is alone has no alternatives (clause 5.2).
+            if tracks is None:
+                values |= {"alternate_group": 7, "rank": rank}
             stream.track(place + 1, 1, f"mesh {rank}", **values)
     stream.track(9, 5, "floor")
     mesh = raw_parts(TETRAHEDRON)
