@@ -18,6 +18,7 @@ class Diagnostic(c.Structure):
         ("issue", c.c_uint32),
         ("chunk_type", c.c_uint32),
         ("offset", c.c_uint64),
+        ("chunk_offset", c.c_uint64),
         ("message", c.c_char * 208),
     ]
 
