@@ -60,7 +60,10 @@ def make_ladder(groups, tracks=(1, 2, 3), payload=MESH):
     stream = Stream()
     stream.scene()
     for track in tracks:
-        values = {"alternate_group": 1, "rank": track - 1, "bit_rate": 1000 * track, "nominal_size": 4}
+        values = {"bit_rate": 1000 * track, "nominal_size": 4}
+        # What is alone has no alternatives (clause 5.2).
+        if len(tracks) > 1:
+            values |= {"alternate_group": 1, "rank": track - 1}
         stream.track(track, 1, f"rung {track - 1}", **values)
     pieces, parts = [], [joined(s.parts) for s in stream.sections]
     pieces += [parts[0], b"".join(parts[1:])]
