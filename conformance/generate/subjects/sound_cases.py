@@ -124,6 +124,7 @@ def whole():
         "Opus with an output gain and another input rate.",
         payloads.audio(payloads.opus_head(gain=-256, rate=44100)),
     )
+    valid("sound_aac_rates", "AAC tracks of every sampling frequency of the table.", "20.1", aac_rates)
     valid("sound_alone", "A stream of sound alone: no frames.", "20 11", sound_alone)
     valid("sound_two_tracks", "Two languages, and alternatives of one of them.", "5.2 20", alternatives)
     valid("sound_silence", "Groups without sound between groups with sound.", "20.2", pauses)
@@ -134,6 +135,27 @@ def whole():
         "20.2",
         to_end,
     )
+
+
+AAC_RATES = (96000, 88200, 64000, 48000, 44100, 32000, 24000, 22050, 16000, 12000, 11025, 8000, 7350)
+
+
+def aac_rates():
+    """An AudioSpecificConfig of two bytes: object type 2, index of the rate, one channel."""
+    declared = [
+        (i + 1, payloads.track(payloads.AUDIO, str(rate), time_base_numerator=1, time_base_denominator=rate))
+        for i, rate in enumerate(AAC_RATES)
+    ]
+    s = opened(*declared)
+    for i in range(len(AAC_RATES)):
+        record = (2 << 11 | i << 7 | 1 << 3).to_bytes(2, "big")
+        s.chunk("ACFG", payloads.audio(record, codec="mp4a", packet_duration=1024), track=i + 1)
+    s.begin(0, 10)
+    for i in range(len(AAC_RATES)):
+        s.chunk("AUDI", payloads.sound(0, [bytes([i + 1])]), i + 1, 0, True)
+    s.end()
+    s.finish()
+    return s
 
 
 def sound_alone():

@@ -107,6 +107,19 @@ def of(name, **more):
     return Setup(media.clip(name), **more)
 
 
+def filled_jpeg():
+    """T.81 allows any number of bytes FF before a marker."""
+    setup = of("jpeg")
+    samples = []
+    for key, data in setup.clip.samples:
+        at = data.index(b"\xff\xc0")
+        samples.append((key, data[:2] + b"\xff" + data[2:at] + b"\xff\xff" + data[at:]))
+    s = opened_with(setup)
+    setup.groups(s, samples=samples)
+    s.finish()
+    return s
+
+
 def exr(width=64, height=32, compression=openexr.ZIPS, frames=2, **changed):
     samples = [
         (True, openexr.write(width, height, openexr.bars(width, height, i), compression, **changed))
@@ -131,6 +144,7 @@ def whole():
             "10.12",
             lambda compression=compression: exr(compression=compression).stream(),
         )
+    valid("video_jpeg_fill", "JPEG samples with fill bytes before their markers.", "10.4", filled_jpeg)
     valid("video_oexr_narrow", "OpenEXR video of 1 x 40 pixels.", "10.12", lambda: narrow_exr(1, 40))
     valid(
         "video_oexr_attributes",
