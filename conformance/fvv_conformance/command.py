@@ -1,4 +1,4 @@
-"""fvv-conformance run, sweep, render and list."""
+"""fvv-conformance run, sweep, render, show and list."""
 
 import argparse
 import os
@@ -6,6 +6,7 @@ import pathlib
 import sys
 
 from . import FORMAT, __version__, rendering
+from . import show as showing
 from .cases import BadCase, default_folder, load
 from .decoder import DecoderError
 from .outputs import OutputExists, as_text, html, junit, print_result, table, without_controls, write_file
@@ -29,6 +30,11 @@ def parser():
     )
     listing = commands.add_parser("list", help="print the names and titles of cases")
     rendering.add_parser(commands)
+    show = showing.add_parser(commands)
+    show.set_defaults(only=None)
+    show.add_argument(
+        "--cases", metavar="DIR", type=pathlib.Path, help="default: those that came with the package"
+    )
     for one in run, sweep, listing:
         one.add_argument(
             "--cases", metavar="DIR", type=pathlib.Path, help="default: those that came with the package"
@@ -209,6 +215,8 @@ def main(given=None):
             raise BadCase(f"{arguments.cases or default_folder()}: no cases found")
         if arguments.command == "list":
             return list_cases(cases)
+        if arguments.command == "show":
+            return showing.show(arguments, cases)
         return run(arguments, cases) if arguments.command == "run" else sweep(arguments, cases)
     except (BadCase, DecoderError, OutputExists, OSError) as error:
         print(f"fvv-conformance: {error}", file=sys.stderr)

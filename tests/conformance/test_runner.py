@@ -88,6 +88,35 @@ def test_parts_that_are_not_claimed_are_not_compared():
     assert describe_differences("valid", WHOLE, other, frozenset(("mesh", "environment"))) == []
 
 
+def test_show_prints_values_and_what_differs(tmp_path, capsys):
+    assert command.main(["show", "mesh_raw_grid"]) == 1
+    capsys.readouterr()
+    name = next(c.name for c in cases.load(cases.default_folder(), ["valid/vector_delta_stencils"]))
+    assert command.main(["show", name]) == 0
+    assert "frame 0: camera" in (out := capsys.readouterr().out) or "mesh/1/lattice" in out
+    assert command.main(["show", name, "--array", "mesh/1/faces", "--time", "0"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert (
+        lines[1].startswith("mesh/1/faces at 0: ")
+        and lines[2].startswith("  0: ")
+        and len(lines[2].split()) == 4
+    )
+    from fvv_conformance.show import frames_of
+
+    case = cases.load(cases.default_folder(), [name])[0]
+    data = bytearray(dict(frames_of(case.content))[0]["mesh/1/faces"])
+    own = tmp_path / "faces"
+    own.write_bytes(data)
+    given = ["show", name, "--array", "mesh/1/faces", "--time", "0", "--against", str(own)]
+    assert command.main(given) == 0 and "0 of" in capsys.readouterr().out
+    data[12] ^= 1
+    own.write_bytes(data)
+    assert command.main(given) == 1
+    assert "1 of" in (out := capsys.readouterr().out) and "expected" in out
+    assert command.main(["show", name, "--array", "mesh/9/faces"]) == 1
+    assert "no whole frame has the array mesh/9/faces" in capsys.readouterr().err
+
+
 def test_limits_of_readers_differ():
     """Clause 13 lets a reader take more than the reference library, and no more than the guaranteed limits."""
     faulty = changed(FAULTY, issues=[{"issue": "FVV-7001", "offset": 96}], limits=True)

@@ -323,13 +323,18 @@ class Group:
         return [time for time in sorted(self.frame_times) if done or time < self.whole_before]
 
     def whole(self):
-        """Yields time and arrays of each intact frame."""
+        """Yields time and hashes of the arrays of each intact frame."""
+        for time, arrays in self.contents():
+            yield time, {name: sha256(data) for name, data in arrays.items()}
+
+    def contents(self):
+        """Yields time and arrays, as bytes, of each intact frame."""
         if self.block is None:
             return
         for time in self.whole_times():
             frame = self.frame(time)
             if frame.good:
-                yield time, {name: sha256(data) for name, data in sorted(self._all(time, frame).items())}
+                yield time, dict(sorted(self._all(time, frame).items()))
 
     def _all(self, time, frame):
         arrays = dict(frame.arrays)
