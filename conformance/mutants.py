@@ -141,7 +141,7 @@ class Suite:
         self.content = {case.name: case.content for case in cases}
         self.seconds, self.calls, self.kills = {}, {}, {}
 
-    def answers(self, name, module):
+    def disagreements(self, name, module):
         """Differences of one case, with the decoder that is loaded."""
         case, parts = self.cases[name], set(module.PARTS)
         for way in ways_of(case, parts):
@@ -164,7 +164,7 @@ class Suite:
             start = time.process_time()
             sys.setprofile(called)
             try:
-                wrong = list(self.answers(name, module))
+                wrong = list(self.disagreements(name, module))
             finally:
                 sys.setprofile(None)
             if wrong:
@@ -204,7 +204,7 @@ class Suite:
             module = decoder()
             for name in names:
                 signal.setitimer(signal.ITIMER_PROF, 3 + 20 * self.seconds[name])
-                wrong = next(self.answers(name, module), None)
+                wrong = next(self.disagreements(name, module), None)
                 signal.setitimer(signal.ITIMER_PROF, 0)
                 if wrong:
                     return name, wrong

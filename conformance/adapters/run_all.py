@@ -9,7 +9,8 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 
 from adapters import all as adapters  # noqa: E402
-from fvv_conformance import cases, contents, outputs, running, sweep  # noqa: E402
+from adapters import contents  # noqa: E402
+from fvv_conformance import cases, outputs, running, sweep  # noqa: E402
 from fvv_conformance.command import Progress, print_sweep  # noqa: E402
 from fvv_conformance.decoder import Decoder  # noqa: E402
 from kaitai import compare as kaitai  # noqa: E402

@@ -49,9 +49,7 @@ def rows_of(name, data):
     import numpy
 
     kind, width = type_of(name)
-    numbers = numpy.frombuffer(
-        data[: len(data) // numpy.dtype(kind).itemsize * numpy.dtype(kind).itemsize], kind
-    )
+    numbers = numpy.frombuffer(data, kind, len(data) // numpy.dtype(kind).itemsize)
     return [tuple(numbers[i : i + width].tolist()) for i in range(0, len(numbers), width)]
 
 
@@ -108,10 +106,8 @@ def show(arguments, cases):
         if arguments.array in arrays and arguments.time in (None, time):
             data = arrays[arguments.array]
             print_array(arguments.array, time, data)
-            return (
-                0
-                if not arguments.against or compare(arguments.array, data, arguments.against.read_bytes())
-                else 1
-            )
+            if not arguments.against:
+                return 0
+            return 0 if compare(arguments.array, data, arguments.against.read_bytes()) else 1
     where = "" if arguments.time is None else f" at {arguments.time}"
     raise BadCase(f"{case.name}: no whole frame{where} has the array {arguments.array}")

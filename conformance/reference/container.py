@@ -326,8 +326,13 @@ class Stream:
 
 def rewritten(stream):
     """The same configuration and groups in a container of this version."""
+    return joined_chunks(chunks(stream))
+
+
+def joined_chunks(given):
+    """A stream of chunks of configurations and groups, in a container that is right, with an INDX and a FOOT of its own."""
     out = Stream()
-    for chunk in chunks(stream):
+    for chunk in given:
         code = chunk.kind.decode("ascii")
         if code == "GRUP":
             out.begin_group(*struct.unpack_from("<qq", chunk.payload, 8))

@@ -9,7 +9,8 @@ CONFORMANCE = pathlib.Path(__file__).resolve().parent.parent.parent / "conforman
 sys.path.insert(0, str(CONFORMANCE))
 
 from adapters import all as adapters  # noqa: E402
-from fvv_conformance import cases, contents, decoder  # noqa: E402
+from adapters import contents  # noqa: E402
+from fvv_conformance import cases, decoder  # noqa: E402
 
 WHOLE = [case for case in cases.load(cases.default_folder()) if case.tier != "faulty"]
 

@@ -1,9 +1,11 @@
 // Lengths, angles and speeds, each with its uncertainty: half of the width of the interval that holds the true value in 95 of 100
 // cases. What is not known to be right to some figure has none.
 
-import { piecesOfFrame } from "./objects.js";
-import { treeOf } from "./pick.js";
-import { add, dot, length, originOf, scale, subtract, unit } from "./vectors.js";
+import { add, dot, length, scale, subtract, unit } from "@fvv/shading";
+
+import { metadataOf, piecesOfFrame } from "./objects.js";
+import { pixelOf, treeOf } from "./pick.js";
+import { originOf } from "./pieces.js";
 
 /** Where a ray runs along the surface, a shift of that moves what it meets by so much more, but not without end. */
 const LEAST_FACING = 0.15;
@@ -18,21 +20,13 @@ const root = (...parts) => Math.sqrt(parts.reduce((sum, x) => sum + x * x, 0));
 /** Student's t for 95 of 100, within 0.02 from 4 degrees of freedom on. */
 const student = (freedom) => SIGMAS + 2.37 / freedom + 2.8 / (freedom * freedom);
 
+const isLength = (x) => Number.isFinite(x) && x >= 0;
+const isMeshError = (value) => isLength(value?.vertex) && isLength(value.pixels ?? 0) && isLength(value.metres ?? 0);
+
 /** The key mesh_error of META: {vertex, pixels, metres}, each a number or null; null: the stream does not say how exact it is. */
-export function meshErrorOf({ metadata = [] }) {
-  for (const text of metadata) {
-    let value;
-    try {
-      value = JSON.parse(text)?.mesh_error;
-    } catch {
-      continue;
-    }
-    const isLength = (x) => x === undefined || (Number.isFinite(x) && x >= 0);
-    if (!Number.isFinite(value?.vertex) || value.vertex < 0 || !isLength(value.pixels) || !isLength(value.metres))
-      continue;
-    return { vertex: value.vertex, pixels: value.pixels ?? null, metres: value.metres ?? null };
-  }
-  return null;
+export function meshErrorOf(configuration) {
+  const stated = metadataOf(configuration, "mesh_error", isMeshError);
+  return stated && { vertex: stated.vertex, pixels: stated.pixels ?? null, metres: stated.metres ?? null };
 }
 
 /** Metres that a pixel of the transmitted pictures covers at a place, of the camera that sees it sharpest; null: none sees it. */
@@ -43,10 +37,9 @@ function pixelAt(frame, position) {
       scales.set(camera, Math.max(scales.get(camera) ?? 0, destination.width / source.width));
   let least = Infinity;
   for (const camera of frame.cameras) {
-    const pixel = camera.calibrated ? camera.project(...position) : null;
-    if (!pixel || pixel[0] < 0 || pixel[1] < 0 || pixel[0] >= camera.width || pixel[1] >= camera.height) continue;
+    const pixel = camera.calibrated ? pixelOf(camera, position) : null;
     const shrunk = scales.size ? scales.get(camera.id) : 1;
-    if (shrunk) least = Math.min(least, pixel[2] / (Math.max(camera.fx, camera.fy) * shrunk));
+    if (pixel && shrunk) least = Math.min(least, pixel[2] / (Math.max(camera.fx, camera.fy) * shrunk));
   }
   return least < Infinity ? least : null;
 }

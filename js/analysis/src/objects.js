@@ -1,7 +1,8 @@
 // The objects that a stream names, and which of them a piece of a mesh is: the key `objects` of META (spec/registry.md).
 
+import { length, subtract } from "@fvv/shading";
+
 import { piecesOf } from "./pieces.js";
-import { length, subtract } from "./vectors.js";
 
 const isCount = (value) => Number.isSafeInteger(value) && value >= 0;
 const isPositive = (value) => Number.isFinite(value) && value > 0;
@@ -9,6 +10,20 @@ const isVector = (value) => Array.isArray(value) && value.length === 3 && value.
 const isPath = (path) =>
   Array.isArray(path) &&
   path.every((run) => Array.isArray(run) && run.length >= 4 && run.length % 3 === 1 && run.every(Number.isSafeInteger));
+
+/** The value of a key in the first text of META that has it as isRight wants it; null: there is none. */
+export function metadataOf({ metadata = [] }, key, isRight) {
+  for (const text of metadata) {
+    let value;
+    try {
+      value = JSON.parse(text)?.[key];
+    } catch {
+      continue;
+    }
+    if (isRight(value)) return value;
+  }
+  return null;
+}
 
 function isDescribed(value) {
   const { step, origin, unit, list, touching, splits } = value ?? {};
@@ -110,21 +125,13 @@ const known = new WeakMap();
 /** The objects of a stream; null: it names none, or not as the registry describes them. Read once for a configuration. */
 export function objectsOf(configuration) {
   let found = known.get(configuration);
-  if (found === undefined) known.set(configuration, (found = read(configuration.metadata ?? [])));
+  if (found === undefined) known.set(configuration, (found = read(configuration)));
   return found;
 }
 
-function read(texts) {
-  for (const text of texts) {
-    let value;
-    try {
-      value = JSON.parse(text)?.objects;
-    } catch {
-      continue;
-    }
-    if (value !== undefined && isDescribed(value)) return new ObjectPaths(value);
-  }
-  return null;
+function read(configuration) {
+  const value = metadataOf(configuration, "objects", isDescribed);
+  return value && new ObjectPaths(value);
 }
 
 /** The objects that a face belongs to: one, several that touch, or none. */

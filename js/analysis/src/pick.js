@@ -1,10 +1,10 @@
 // What of a frame a ray meets first.
 
-import { partsAt, pointsOf } from "@fvv/shading";
+import { add, cross, dot, partsAt, pointsOf, scale, subtract, unit } from "@fvv/shading";
 
 import { objectsAt } from "./objects.js";
+import { originOf } from "./pieces.js";
 import { SurfaceTree } from "./surface_tree.js";
-import { add, cross, dot, originOf, scale, subtract, unit } from "./vectors.js";
 
 /** Of a ray from the surface to a camera: what is nearer than this part of the way does not hide the point. */
 const OWN_SURFACE = 1e-4;
@@ -59,7 +59,7 @@ function cameraOf(frame, { mesh, face, local, normal }, eye) {
       camera.calibrated &&
       shown.has(camera.id) &&
       dot(normal, subtract(subtract(camera.centre, origin), local)) > 0 &&
-      isInPicture(camera, position) &&
+      pixelOf(camera, position) &&
       isSeenFrom(frame, { mesh, face, local }, camera.centre),
   );
   // Relative to the origin: in coordinates of maps little would be left of the angles.
@@ -68,9 +68,12 @@ function cameraOf(frame, { mesh, face, local, normal }, eye) {
   return most ? cameras[most.camera].id : null;
 }
 
-function isInPicture(camera, position) {
+/** Where a place is in the picture of a camera, as camera.project returns it; null: not in it. */
+export function pixelOf(camera, position) {
   const pixel = camera.project(...position);
-  return pixel !== null && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera.width && pixel[1] < camera.height;
+  const isThere =
+    pixel !== null && pixel[0] >= 0 && pixel[1] >= 0 && pixel[0] < camera.width && pixel[1] < camera.height;
+  return isThere ? pixel : null;
 }
 
 /** What a ray meets first, or null. ray: {origin, direction} in the coordinates of the stream. */

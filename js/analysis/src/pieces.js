@@ -2,7 +2,8 @@
 
 import { pointsOf } from "@fvv/shading";
 
-import { originOf } from "./vectors.js";
+/** What the local positions of a mesh count from. */
+export const originOf = ({ origin }) => origin ?? [0, 0, 0];
 
 /** For each vertex the first one at the same place. */
 function firstAlike(points) {

@@ -1,14 +1,13 @@
 // The canvas, its renderer, and when they draw. Nothing is drawn, and no animation frame is requested, while nothing
 // changes.
 
-import { originOf, pointsOf } from "@fvv/shading";
+import { dot, mix, originOf, pointsOf } from "@fvv/shading";
 
 import { contexts } from "./contexts.js";
 import { Renderer } from "./renderer/index.js";
 import { sheetCells } from "./renderer/sheet.js";
 import { Resolution } from "./resolution.js";
 import { ScreenDelay } from "./screen_delay.js";
-import { dot, mix } from "./vectors.js";
 
 /** Milliseconds without movement after which the picture is drawn at full resolution. */
 const REST = 180;

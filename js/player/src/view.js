@@ -1,7 +1,7 @@
 // The viewer as a pinhole camera in the conventions of the format: world -> view, x right, y down, z forward, pixel centres
 // at +0.5.
 
-import { cross, dot, length, subtract } from "./vectors.js";
+import { cross, dot, length, subtract } from "@fvv/shading";
 
 export const radiansOf = (degrees) => (degrees * Math.PI) / 180;
 export const degreesOf = (radians) => (radians * 180) / Math.PI;

@@ -28,7 +28,7 @@ import {
   parseTarget,
   putIntoHash,
 } from "../src/navigation/view_text.js";
-import { dot, length, subtract } from "../src/vectors.js";
+import { dot, length, subtract } from "@fvv/shading";
 import { viewOf } from "../src/view.js";
 
 function assertClose(found, wanted, tolerance = 1e-6) {

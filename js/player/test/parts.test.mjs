@@ -91,6 +91,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
           });
           observer.observe(window.player.shadowRoot, { attributes: true, attributeFilter: ["class"], subtree: true });
           window.player.src = "ladder.fvv";
+          setTimeout(() => resolve("the first frame was never covered"), 20_000);
         }),
     );
     assert.equal(await seen, 1);

@@ -202,7 +202,7 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     await pictures(3);
     const picture = await screen("vr");
     const [left, right] = [0, 1].map((eye) => middleOf(picture, eye, blue));
-    assert.ok(left.count > 600 && right.count > 600, `${left.count} and ${right.count} blue pixels`);
+    assert.ok(left.count > 1300 && right.count > 1300, `${left.count} and ${right.count} blue pixels`);
     // The nearer player is blue: the left eye sees it farther to the right.
     const disparity = left.column - right.column;
     assert.ok(disparity > 2 && disparity < 30, `${disparity} pixels`);
@@ -272,7 +272,7 @@ describe("sessions", { skip: missingBrowser("chromium") }, () => {
     await pictures(3);
     const picture = await screen("ar");
     for (const eye of [0, 1]) {
-      assert.ok(middleOf(picture, eye, blue).count > 600);
+      assert.ok(middleOf(picture, eye, blue).count > 1300);
       const empty = middleOf(picture, eye, (r, g, b) => r + g + b === 0).count;
       assert.ok(empty > 0.6 * (size[0] / 2) * size[1], `${empty} pixels are empty`);
     }

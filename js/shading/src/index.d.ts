@@ -85,6 +85,19 @@ export function viewFrom<T extends { rotation: readonly number[]; translation: r
   origin: readonly number[],
   view: T,
 ): T;
+/** Vectors of three numbers. */
+export type Vector3 = [number, number, number];
+export function add(a: readonly number[], b: readonly number[]): Vector3;
+export function subtract(a: readonly number[], b: readonly number[]): Vector3;
+export function scale(a: readonly number[], s: number): Vector3;
+export function dot(a: readonly number[], b: readonly number[]): number;
+export function cross(a: readonly number[], b: readonly number[]): Vector3;
+export function length(a: readonly number[]): number;
+export function mix(a: readonly number[], b: readonly number[], s: number): number[];
+/** otherwise: the result for vectors too short to have a direction. */
+export function normalise(a: readonly number[], otherwise?: readonly number[]): readonly number[];
+/** null: the vector is 0. */
+export function unit(a: readonly number[]): Vector3 | null;
 /**
  * The parts of the colour of a point that cameras give, by the rule of the shaders, the largest first; together 1, or none.
  * camera: index in centres, of cameras that show the point. Visibility weights and the borders of pictures are left out.

@@ -15,6 +15,7 @@ export {
   loadPictures,
   replicationOf,
 } from "./pictures.js";
+export { add, cross, dot, length, mix, normalise, scale, subtract, unit } from "./vectors.js";
 export {
   LEVELS,
   MAX_BEST,

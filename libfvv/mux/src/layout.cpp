@@ -425,15 +425,15 @@ MaybeLayout arrange(const Tiling &whole, const FrameLimit &limit) {
   return good ? MaybeLayout(layout) : MaybeLayout();
 }
 
-// PlacedPictures without a place, and what to crop them to: of each group and picture; no groups: they stay
+// Pictures without a place, and what to crop them to: of each group and picture; no groups: they stay
 // whole.
-struct PlacedPictures {
+struct UnplacedPictures {
   Tiling tiling;
   std::vector<std::vector<Silhouette>> boxes;
 };
 
-PlacedPictures pictures_of(const Plan &plan, const Tiling &whole, const std::vector<size_t> &places) {
-  PlacedPictures out;
+UnplacedPictures pictures_of(const Plan &plan, const Tiling &whole, const std::vector<size_t> &places) {
+  UnplacedPictures out;
   for (const size_t k : places) {
     out.tiling.cameras.push_back(whole.cameras[k]);
     out.tiling.tiles.push_back(whole.tiles[k]);
@@ -446,7 +446,7 @@ PlacedPictures pictures_of(const Plan &plan, const Tiling &whole, const std::vec
 }
 
 // Of the pictures first ... end - 1.
-MaybeLayout lay_out(const PlacedPictures &all, size_t first, size_t end, const FrameLimit &limit) {
+MaybeLayout lay_out(const UnplacedPictures &all, size_t first, size_t end, const FrameLimit &limit) {
   const auto part = [&](const auto &list) {
     return std::decay_t<decltype(list)>(list.begin() + std::ptrdiff_t(first),
                                         list.begin() + std::ptrdiff_t(end));
@@ -459,7 +459,7 @@ MaybeLayout lay_out(const PlacedPictures &all, size_t first, size_t end, const F
 }
 
 // Pixels of each picture, those of the group that shows most of it.
-std::vector<uint64_t> weights_of(const PlacedPictures &all) {
+std::vector<uint64_t> weights_of(const UnplacedPictures &all) {
   std::vector<uint64_t> weights;
   for (size_t k = 0; k < all.tiling.tiles.size(); k++) {
     const auto pixels = [](const fvv_tile &tile) {
@@ -474,7 +474,7 @@ std::vector<uint64_t> weights_of(const PlacedPictures &all) {
 }
 
 // A picture beyond every level of the codec is sent unchanged, in a frame of its own.
-Layout lay_out_alone(Plan &plan, const PlacedPictures &all, size_t k, const FrameLimit &limit) {
+Layout lay_out_alone(Plan &plan, const UnplacedPictures &all, size_t k, const FrameLimit &limit) {
   const std::string camera = scene::describe(plan.capture.cameras[all.tiling.cameras[k]]);
   const MaybeLayout layout =
       lay_out(all, k, k + 1,
@@ -491,7 +491,7 @@ Layout lay_out_alone(Plan &plan, const PlacedPictures &all, size_t k, const Fram
 }
 
 // In that number of tracks; none if these are too few.
-std::vector<Layout> lay_out_tracks(Plan &plan, const PlacedPictures &all, const std::vector<size_t> &ends) {
+std::vector<Layout> lay_out_tracks(Plan &plan, const UnplacedPictures &all, const std::vector<size_t> &ends) {
   std::vector<MaybeLayout> found;
   size_t first = 0;
   for (const size_t end : ends) {
@@ -641,7 +641,7 @@ std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole) {
   std::vector<VideoTrack> tracks;
   if (whole.tiles.empty()) return tracks;
   for (const std::vector<size_t> &set : neighbours(plan.capture, whole.cameras, plan.options.video_tracks)) {
-    const PlacedPictures all = pictures_of(plan, whole, set);
+    const UnplacedPictures all = pictures_of(plan, whole, set);
     const std::vector<uint64_t> weights = weights_of(all);
     std::vector<Layout> layouts;
     for (size_t count = 1; layouts.empty();
@@ -690,7 +690,7 @@ void check_ladder(const Options &options) {
 
 namespace {
 
-// PlacedPictures without a place in the size of a rung.
+// Pictures without a place in the size of a rung.
 std::vector<fvv_tile> at_scale(std::vector<fvv_tile> tiles, double scale) {
   for (fvv_tile &tile : tiles) {
     tile.destination.width = scaled(tile.destination.width, scale);
@@ -714,7 +714,7 @@ VideoTrack lower_track(Plan &plan, const VideoTrack &best, size_t rung) {
     const fvv_rect &whole = best.tiling.tiles[0].source;
     track.tiling = arrange_atlas(plan, rung, whole.width, whole.height);
   } else {
-    PlacedPictures all = pictures_of(plan, plan.whole, places_of(plan, best.tiling.cameras));
+    UnplacedPictures all = pictures_of(plan, plan.whole, places_of(plan, best.tiling.cameras));
     all.tiling.tiles = at_scale(all.tiling.tiles, plan.rung_scale(rung));
     std::vector<Layout> layouts = lay_out_tracks(plan, all, {all.tiling.tiles.size()});
     if (layouts.empty())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Sequence
 from typing import Union
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import UsageError
 from ..frames import Frame
-from .objects import Vector, is_number
+from .objects import Vector, is_number, metadata_of
 from .surface import Pick, cast, local_points, origin_of, pieces, unit
 
 _SIGMAS = 1.96
@@ -56,6 +55,12 @@ class Motion:
     acceleration: Measurement  #: Metres a second squared.
 
 
+def _is_stated(value: object) -> bool:
+    if not isinstance(value, dict) or "vertex" not in value:
+        return False
+    return all(is_number(x) and x >= 0 for x in (value.get(key, 0) for key in ("vertex", "pixels", "metres")))
+
+
 @dataclasses.dataclass(frozen=True)
 class MeshError:
     """How exact the meshes of a stream are, as it says (the key `mesh_error` of META)."""
@@ -69,18 +74,8 @@ class MeshError:
     @classmethod
     def of(cls, metadata: Sequence[str]) -> MeshError | None:
         """Of the texts of META; None: they do not say."""
-        for text in metadata:
-            try:
-                value = json.loads(text)
-            except ValueError:
-                continue
-            stated = value.get("mesh_error") if isinstance(value, dict) else None
-            if not isinstance(stated, dict) or not is_number(stated.get("vertex")):
-                continue
-            numbers = [stated.get(key, 0) for key in ("vertex", "pixels", "metres")]
-            if all(is_number(x) and x >= 0 for x in numbers):
-                return cls(stated["vertex"], stated.get("pixels"), stated.get("metres"))
-        return None
+        stated = metadata_of(metadata, "mesh_error", _is_stated)
+        return cls(stated["vertex"], stated.get("pixels"), stated.get("metres")) if stated else None
 
 
 def _pixel(frame: Frame, position: Vector) -> float | None:

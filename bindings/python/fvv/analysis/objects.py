@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy
@@ -21,6 +21,18 @@ class _Object:
     of: int
     radius: float
     places: dict[int, Vector]
+
+
+def metadata_of(metadata: Sequence[str], key: str, is_right: Callable[[Any], bool]) -> Any:
+    """The value of a key in the first text of META that has it as is_right wants it; None: there is none."""
+    for text in metadata:
+        try:
+            value = json.loads(text)
+        except ValueError:
+            continue
+        if isinstance(value, dict) and is_right(value.get(key)):
+            return value[key]
+    return None
 
 
 def _is_count(value: object) -> bool:
@@ -98,14 +110,8 @@ class ObjectPaths:
     @classmethod
     def of(cls, metadata: Sequence[str]) -> ObjectPaths | None:
         """Of the texts of META, such as `Description.metadata`. None: they name none, or not as the registry says."""
-        for text in metadata:
-            try:
-                value = json.loads(text)
-            except ValueError:
-                continue
-            if isinstance(value, dict) and _is_described(value.get("objects")):
-                return cls(value["objects"])
-        return None
+        value = metadata_of(metadata, "objects", _is_described)
+        return cls(value) if value else None
 
     @property
     def names(self) -> dict[int, str]:

@@ -1,9 +1,7 @@
 // Poses of the viewer: axes of a stream, movements, and the first view of a scene. A pose is {eye, target, up, fov}: metres
 // of the stream, and the vertical angle of view in radians. Poses are immutable.
 
-import { pointsOf } from "@fvv/shading";
-
-import { add, cross, dot, length, mix, normalise, scale, subtract } from "../vectors.js";
+import { add, cross, dot, length, mix, normalise, pointsOf, scale, subtract } from "@fvv/shading";
 
 /** The vertical and the front of each named axis. With y up the front is +z and the right +x, as in glTF. */
 const NAMED = {

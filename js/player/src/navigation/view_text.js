@@ -1,6 +1,7 @@
 // Views as text: in attributes of the element, and as bookmarks in the address of its page.
 
-import { length, subtract } from "../vectors.js";
+import { length, subtract } from "@fvv/shading";
+
 import { radiansOf } from "../view.js";
 import { isPose } from "./pose.js";
 

@@ -3,7 +3,7 @@
 import { pointsOf } from "@fvv/shading";
 
 import { boundsOf, joined } from "./matrices.js";
-import { hides, isBelow, obstruction } from "./obstacles.js";
+import { hides, isBelow, obstruction, sightOf } from "./obstacles.js";
 import { MeshBuffers, newTexture } from "./resources.js";
 import { lighting } from "./shadows.js";
 
@@ -123,9 +123,8 @@ export class Environment {
   fading(eye, up, action) {
     if (!action) return null;
     const below = isBelow(eye, up, action);
-    const parts = this.#parts.filter(
-      ({ part, bounds }) => (below && !part.doubleSided) || hides(part, bounds, eye, action),
-    );
+    const sight = sightOf(eye, action);
+    const parts = this.#parts.filter(({ part, bounds }) => (below && !part.doubleSided) || hides(part, bounds, sight));
     if (!parts.length) return null;
     return { parts: new Set(parts), uniforms: { eye, up, actionMin: action.min, actionMax: action.max } };
   }

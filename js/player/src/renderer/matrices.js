@@ -1,8 +1,6 @@
 // Matrices for WebGL, by columns, from viewers and lamps.
 
-import { nearPlaneOf } from "@fvv/shading";
-
-import { cross, dot, normalise } from "../vectors.js";
+import { cross, dot, nearPlaneOf, normalise } from "@fvv/shading";
 
 /** Bounds of points x y z, [min, max] of each axis; null without points. */
 export function boundsOf(positions) {

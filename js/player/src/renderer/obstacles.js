@@ -1,9 +1,8 @@
 // What of the environment is between the viewer and the action, and fades; and floors, which can be seen from below.
 
-import { pointsOf } from "@fvv/shading";
+import { cross, dot, pointsOf, subtract } from "@fvv/shading";
 
 import { boundsOf } from "./matrices.js";
-import { cross, dot, subtract } from "../vectors.js";
 
 /** What is left of an obstacle, and of a floor from below. */
 const OBSTACLE = 0.15;
@@ -61,14 +60,18 @@ const placesIn = ({ min, max }) =>
     STEPS.map((step, k) => min[k] + ((0.5 + (i + 1) * step) % 1) * (max[k] - min[k])),
   );
 
-/** Whether a part of an environment hides any of some places of the action. bounds: of the part; action: {min, max}. */
-export function hides(part, bounds, eye, action) {
+/** How a viewer looks at the action, {min, max}: the rays to some places of it, and the box around them. */
+export function sightOf(eye, action) {
   const between = {
     min: action.min.map((low, k) => Math.min(low, eye[k])),
     max: action.max.map((high, k) => Math.max(high, eye[k])),
   };
+  return { eye, between, rays: placesIn(action).map((place) => subtract(place, eye)) };
+}
+
+/** Whether a part of an environment hides any of the places of a sight. bounds: of the part. */
+export function hides(part, bounds, { eye, between, rays }) {
   if (apart(bounds, between)) return false;
-  const rays = placesIn(action).map((place) => subtract(place, eye));
   const points = pointsOf(part);
   const corner = (i) => points.subarray(3 * part.faces[i], 3 * part.faces[i] + 3);
   for (let i = 0; i < part.faces.length; i += 3) {

@@ -1,9 +1,8 @@
 // Overlays for orientation: cameras as frusta, bent by their lenses, optionally with their pictures, and a grid on the
 // ground.
 
-import { viewFrom } from "@fvv/shading";
+import { cross, normalise, subtract, viewFrom } from "@fvv/shading";
 
-import { cross, normalise, subtract } from "../vectors.js";
 import { sphereOf } from "./matrices.js";
 import { GrowingBuffer } from "./resources.js";
 

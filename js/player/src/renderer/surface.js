@@ -7,23 +7,23 @@ import {
   DepthPlan,
   depthSizes,
   depthVertex,
-  MAX_WEIGHT_TEXELS,
   MAX_VIEWS,
+  MAX_WEIGHT_TEXELS,
+  normalise,
   packVisibilityWeights,
   projection,
-  WEIGHT_COLUMNS,
-  visibilityWeightsVertex,
-  visibilityWeightTexels,
   texturingOf,
   usesLevels,
   VIEW_TEXELS,
+  visibilityWeightsVertex,
+  visibilityWeightTexels,
+  WEIGHT_COLUMNS,
   writeViews,
 } from "@fvv/shading";
 
 import { Layer, layerVisibility, placedFragment } from "./layer.js";
 import { raysOf, sphereOf } from "./matrices.js";
 import { DataTexture, Layers, MeshBuffers } from "./resources.js";
-import { normalise } from "../vectors.js";
 
 /** MODE of the fragment shader. */
 export const MODES = { textured: 0, weights: 1, visibility: 2, normals: 3, depth: 4, wireframe: 5 };

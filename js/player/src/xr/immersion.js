@@ -1,7 +1,8 @@
 // A WebXR session: draws the scene for both eyes of a headset, or over the camera of a phone, and obeys its controllers.
 // Loaded when the browser offers such sessions.
 
-import { subtract } from "../vectors.js";
+import { subtract } from "@fvv/shading";
+
 import { Placement } from "./placement.js";
 
 /** Radians of one turn: smooth turns of all surroundings make people sick. */

@@ -1,7 +1,7 @@
 // Where the scene is in the viewer's room: its scale, turn and place on the floor, and from these the views of both eyes. The
 // room has metres, y up and its floor at 0, as WebXR's local-floor.
 
-import { add, cross, dot, normalise, scale as times, subtract } from "../vectors.js";
+import { add, cross, dot, normalise, scale as times, subtract } from "@fvv/shading";
 
 /** Scenes of these radii in metres keep their size; others, and those of unknown scale, get a radius of one metre. */
 const NATURAL = [0.15, 12];

@@ -21,12 +21,14 @@ namespace fvv::mux {
 
 namespace {
 
-// Whether the pieces of a frame that vanish, of a rung on average, are too small to be seen, together less
-// than a pixel of the camera that sees them sharpest. Where views decide how coarse meshes are, that is no
-// loss to warn of.
-bool is_unseen(const Plan &plan, const decimate::Lost &vanished) {
+// What of the pieces that vanish is a loss to warn of. Where views decide how coarse meshes are, pieces of a
+// frame, on average, that are together less than a pixel of the camera that sees them sharpest are none.
+decimate::Lost seen_loss(const Plan &plan, const decimate::Lost &vanished, uint64_t frames) {
   const DecimationChoice &decimation = plan.meshes[0].decimation;
-  return plan.view.on() && !decimation.is_length && vanished.area <= decimation.pixel * decimation.pixel;
+  const double area = vanished.area / double(std::max<uint64_t>(1, frames));
+  const bool is_unseen =
+      plan.view.on() && !decimation.is_length && area <= decimation.pixel * decimation.pixel;
+  return is_unseen ? decimate::Lost{} : vanished;
 }
 
 // Warns of what lost pieces or thin parts: a frame, by its report, or a track, by its sums. times: the error.
@@ -149,9 +151,7 @@ bool warn_at_end(const Plan &plan, const Report &report) {
   for (size_t k = 0; k < report.lower_meshes.size(); k++) {
     const MeshTrack &track = plan.meshes[k + 1];
     const DecimationSums &sums = report.lower_meshes[k].decimation;
-    decimate::Lost vanished = {sums.vanished_pieces, sums.vanished_area};
-    if (is_unseen(plan, {vanished.pieces, vanished.area / double(std::max<uint64_t>(1, sums.frames))}))
-      vanished = {};
+    const decimate::Lost vanished = seen_loss(plan, {sums.vanished_pieces, sums.vanished_area}, sums.frames);
     warned = warn_of_losses(plan, plan.capture.path + ": rung " + std::to_string(track.rung), track.times,
                             vanished, sums.thin_area) ||
              warned;
@@ -427,8 +427,7 @@ private:
     mux::add(of_track.decimation, *mesh.decimation, plan.group_of(frame));
     if (of.rung) return; // more is lost there: one warning for all frames
     const std::string name = plan.capture.mesh_path(number) + ": frame " + std::to_string(number);
-    decimate::Lost vanished = mesh.decimation->vanished;
-    if (is_unseen(plan, vanished)) vanished = {};
+    const decimate::Lost vanished = seen_loss(plan, mesh.decimation->vanished, 1);
     if (warn_of_losses(plan, name, 1, vanished, mesh.decimation->thin_area)) sums.warned = true;
   }
 

@@ -62,22 +62,7 @@ def wrong(stream, rng):
         chunks[at] = chunk._replace(flags=chunk.flags ^ container.FLAGS["key"])
     else:
         chunks[at] = chunk._replace(payload=changed(chunk.payload, rng))
-    return joined(chunks)
-
-
-def joined(chunks):
-    """The chunks in a container that is right."""
-    out = container.Stream()
-    for chunk in chunks:
-        code = chunk.kind.decode("ascii")
-        if code == "GRUP":
-            out.begin_group(*struct.unpack_from("<qq", chunk.payload, 8))
-        elif code == "GEND":
-            out.end_group()
-        elif code not in ("INDX", "FOOT"):
-            payload = [container.Part(chunk.payload, "payload", "")]
-            out.chunk(code, payload, chunk.track, chunk.time, bool(chunk.flags & container.FLAGS["key"]))
-    return bytes(out.finish())
+    return container.joined_chunks(chunks)
 
 
 def first_issue(report):
