@@ -119,6 +119,19 @@ void change(Bytes &file, fuzz::Input &input) {
   }
 }
 
+// Reports that know their plan and stream, where they are still JSON.
+void repair_reports(std::vector<Bytes> &files, const Json &plan) {
+  for (size_t i = 1; i < files.size(); i += 2) {
+    Json report = Json::parse(files[i + 1].begin(), files[i + 1].end(), nullptr, false);
+    if (!report.is_object()) continue;
+    report["plan"] = plan;
+    report["bytes"] = files[i].size();
+    report["crc32c"] = fvv_crc32c(0, files[i].data(), files[i].size());
+    const std::string text = report.dump(1, ' ', false, Json::error_handler_t::replace);
+    files[i + 1].assign(text.begin(), text.end());
+  }
+}
+
 std::string name_of(size_t file) {
   return "group-" + std::to_string((file - 1) / 2) + (file % 2 ? ".fvv" : ".json");
 }
@@ -136,9 +149,10 @@ FVV_FUZZ_TARGET(merge_tool, fuzz::Form::bytes) {
     change(files[number], input);
     if (number % 2 && repairs & 1) files[number] = fuzz::repair_stream(files[number], fuzz::Repair::all);
   }
-  for (size_t i = 1; i < files.size(); i++) scratch.write(name_of(i), files[i].data(), files[i].size());
   Json plan = made.plan;
   plan["crc32c"] = fvv_crc32c(0, files[0].data(), files[0].size());
+  if (repairs & 2) repair_reports(files, plan["crc32c"]);
+  for (size_t i = 1; i < files.size(); i++) scratch.write(name_of(i), files[i].data(), files[i].size());
   plan["plan"] = Json::binary(files[0]);
   const std::vector<uint8_t> bytes = Json::to_cbor(plan);
   scratch.write("plan.cbor", bytes.data(), bytes.size());

@@ -90,7 +90,7 @@ def test_nested_reports_of_parts(eight_frames, tmp_path):
     for group in (1, 2):  # the plan has the first one
         run("fvvmux", "--part", group, tmp_path / "P")
     report = tmp_path / "P/group-0.json"
-    assert json.loads(report.read_text())["fvv_part"] == 1
+    assert json.loads(report.read_text())["fvv_part"] == 2
     n = 400000
     report.write_text('{"warnings":' + "[" * n + "]" * n + ',"videos":[],"lower_meshes":[]}')
     done = code_of(["fvvmux", "--merge", "P", "-o", "m.fvv"], "", tmp_path)

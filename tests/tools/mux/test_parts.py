@@ -223,6 +223,31 @@ def test_parts_of_another_plan_or_group_are_refused(captures, parts, tmp_path):
     run("fvvmux", "--merge", parts, "-o", tmp_path / "out.fvv")
 
 
+def test_parts_of_other_choices_are_refused(captures, tmp_path):
+    """The configuration of streams says little of how they were encoded: it is the same for many qualities."""
+    jpeg = ("--group", GROUP, "--codec", "jpeg")
+    encode_all(captures / "small", tmp_path / "fine", *jpeg, "--quality", 90)
+    encode_all(captures / "small", tmp_path / "coarse", *jpeg, "--quality", 20)
+    fine, coarse = (tmp_path / name for name in ("fine", "coarse"))
+    before = {name: (fine / name).read_bytes() for name in files(fine)}
+    merge = ("--merge", fine, "-o", tmp_path / "out.fvv")
+    for suffixes, message in {
+        (".fvv",): "the report of the part is that of another stream",
+        (".json",): "was encoded by another plan, with other choices",
+        (".fvv", ".json"): "was encoded by another plan, with other choices",
+    }.items():
+        for suffix in suffixes:
+            shutil.copy(coarse / f"group-1{suffix}", fine)
+        found = fails(*merge)
+        assert f"{fine}/group-1.fvv: {message}: encode group 1 again, by this plan" in found
+        for name, text in before.items():
+            (fine / name).write_bytes(text)
+    shutil.copy(fine / "group-2.json", fine / "group-1.json")
+    assert "group-1.fvv: the report of the part is that of group 2: encode group 1" in fails(*merge)
+    (fine / "group-1.json").write_bytes(before["group-1.json"])
+    run("fvvmux", *merge)
+
+
 def test_a_changed_capture_is_refused(captures, tmp_path):
     shutil.copytree(captures / "small", tmp_path / "capture")
     plan(tmp_path / "capture", tmp_path / "parts", "--group", GROUP)

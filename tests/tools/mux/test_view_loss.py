@@ -1,7 +1,9 @@
 """fvvmux --view-loss: what a scene needs is chosen by cameras that are drawn from the others."""
 
+import json
 import re
 import shutil
+import struct
 from xml.etree import ElementTree
 
 import pytest
@@ -107,6 +109,41 @@ def test_a_stage_that_is_empty_in_the_middle_is_looked_at_elsewhere(captures, tm
         mesh.write_text(empty + "property list uchar int vertex_indices\nend_header\n")
     found = figures("fvvmux", tmp_path / "empty", "-o", tmp_path / "a.fvv", *GOAL, "--group", 2)["view_loss"]
     assert found["measured"] and found["frame"] == 0
+
+
+def add_specks(ply, count):
+    """Adds closed pieces of half a millimetre, 2 cm apart, to a mesh of fvvsynth: each loses all faces on any lattice that is chosen."""
+    data = ply.read_bytes()
+    end = data.index(b"end_header\n") + len(b"end_header\n")
+    header = data[:end].decode()
+    vertices, faces = (int(re.search(rf"element {what} (\d+)", header)[1]) for what in ("vertex", "face"))
+    split = end + 12 * vertices
+    points, corners = b"", b""
+    for i in range(count):
+        for x, y, z in (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1):
+            points += struct.pack(
+                "<3f", 0.01 + 0.02 * (i % 40) + 5e-4 * x, 1 + 5e-4 * y, 0.01 + 0.02 * (i // 40) + 5e-4 * z
+            )
+        for face in (0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2):
+            corners += struct.pack("<B3i", 3, *(vertices + 4 * i + corner for corner in face))
+    header = header.replace(f"vertex {vertices}", f"vertex {vertices + 4 * count}")
+    header = header.replace(f"face {faces}", f"face {faces + 4 * count}")
+    ply.write_bytes(header.encode() + data[end:split] + points + data[split:] + corners)
+
+
+# Of a pixel, 33 mm at that size, half a square millimetre each: 40 are unseen, 4,000 are not.
+@pytest.mark.parametrize("count", [40, 4000])
+def test_pieces_that_vanish_are_no_warning_where_no_pixel_shows_them(captures, count, tmp_path):
+    capture = shutil.copytree(captures / "tracked", tmp_path / "specks")
+    add_specks(capture / "meshes/0001.ply", count)
+    out = "-o", tmp_path / "a.fvv", "--force", "--frames", "0-1", "--json"
+    for goal in NONE, GOAL:
+        warns = goal == NONE or count == 4000
+        done = run("fvvmux", capture, *out, *goal, code=3 if warns else 0)
+        vanished = json.loads(done.stdout)["budget"]["vanished_pieces"]
+        assert vanished == count
+        assert (f"frame 1: {vanished} pieces of" in done.stderr) == warns
+        assert done.stderr.count("\n") == warns
 
 
 def test_threads_change_nothing(captures, tmp_path):

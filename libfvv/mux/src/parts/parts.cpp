@@ -34,8 +34,35 @@ Observer collecting(const Observer &observer, std::vector<std::string> &warnings
   return out;
 }
 
+// Of bytes that pass: by it a report knows its stream.
+struct Checksum {
+  uint64_t bytes = 0;
+  uint32_t crc = 0;
+
+  void add(const void *more, size_t size) {
+    bytes += size;
+    crc = fvv_crc32c(crc, more, size);
+  }
+};
+
+// A sink that passes all on and sums it up. Borrows both.
+Sink summed(const Sink &sink, Checksum &sum) {
+  return [&sink, &sum](const void *bytes, size_t size) {
+    sum.add(bytes, size);
+    sink(bytes, size);
+  };
+}
+
+// What a report is of.
+struct Identity {
+  uint32_t plan = 0; // its checksum
+  size_t group = 0;
+  Checksum stream; // of the part
+};
+
 // Sums of a group that warnings about the whole stream need.
-std::string report_of(const StreamSums &sums, size_t group, const std::vector<std::string> &warnings) {
+std::string report_of(const StreamSums &sums, const Identity &part,
+                      const std::vector<std::string> &warnings) {
   Json rates = Json::array(), losses = Json::array();
   for (size_t track = 0; track < sums.rates.size(); track++)
     rates.push_back({{"bytes", sums.videos[track].payload},
@@ -45,20 +72,40 @@ std::string report_of(const StreamSums &sums, size_t group, const std::vector<st
     losses.push_back({{"pieces", sums.meshes[track].decimation.vanished_pieces},
                       {"area", sums.meshes[track].decimation.vanished_area},
                       {"thin_area", sums.meshes[track].decimation.thin_area}});
-  const Json report = {{"fvv_part", 1},
-                       {"group", group},
+  const Json report = {{"fvv_part", 2},
+                       {"plan", part.plan},
+                       {"group", part.group},
+                       {"bytes", part.stream.bytes},
+                       {"crc32c", part.stream.crc},
                        {"warnings", warnings},
                        {"videos", std::move(rates)},
                        {"lower_meshes", std::move(losses)}};
   return report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+// Throws Error unless a report is of that plan, group and stream: a part of a plan with other choices often
+// has the same configuration.
+void check_report(const nlohmann::json &report, const std::string &name, const Identity &part) {
+  const std::string advice = ": encode " + group_text(part.group) + " again, by this plan";
+  const auto differs = [&](const char *field, uint64_t expected) {
+    return report.at(field).get<uint64_t>() != expected;
+  };
+  if (differs("plan", part.plan))
+    throw Error(name + ": was encoded by another plan, with other choices" + advice);
+  if (differs("group", part.group))
+    throw Error(name + ": the report of the part is that of group " +
+                std::to_string(report.at("group").get<uint64_t>()) + advice);
+  if (differs("bytes", part.stream.bytes) || differs("crc32c", part.stream.crc))
+    throw Error(name + ": the report of the part is that of another stream" + advice);
+}
+
 // Adds the sums of a part, and its warnings.
-void add_report(StreamSums &sums, const std::string &text, const std::string &name,
+void add_report(StreamSums &sums, const std::string &text, const std::string &name, const Identity &part,
                 std::vector<std::string> &warnings) {
   try {
     const nlohmann::json report =
         scene::parse_strict_json(text, name + ": the report of the part is damaged");
+    check_report(report, name, part);
     for (const nlohmann::json &line : report.at("warnings")) warnings.push_back(line);
     for (size_t track = 0; track < sums.rates.size(); track++) {
       const nlohmann::json &video = report.at("videos").at(track);
@@ -103,7 +150,8 @@ public:
   }
 
   // head: file header and configuration, with which the part has to begin. tee: what writer writes to.
-  void copy(const std::string &head, StreamWriter &writer, Tee &tee) {
+  // Returns the checksum of the whole file.
+  Checksum copy(const std::string &head, StreamWriter &writer, Tee &tee) {
     check_head(head);
     fvv_event event = {};
     while (next(event)) {
@@ -125,6 +173,7 @@ public:
       }
     }
     if (!complete) throw Error(file.path() + ": expected " + group_text(group) + ", found no group");
+    return checksum;
   }
 
 private:
@@ -166,6 +215,7 @@ private:
         throw Error(file.path() + ": cannot read");
       if (fvv_reader_push(reader.get(), bytes.data(), bytes.size()) < 0) throw std::bad_alloc();
       offset += bytes.size();
+      checksum.add(bytes.data(), bytes.size());
     }
   }
 
@@ -174,6 +224,7 @@ private:
   std::unique_ptr<fvv_reader, void (*)(fvv_reader *)> reader;
   std::vector<uint8_t> bytes;
   uint64_t offset = 0;
+  Checksum checksum;
   bool complete = false;
 };
 
@@ -201,14 +252,18 @@ PartPlan::PartPlan(const Options &options, const Observer &observer, const Sink 
         camera.masks ? data.plan.videos->mask_rule(data.plan.capture, *camera.masks) : media::MaskRule::luma);
   std::vector<std::string> warnings;
   data.plan.observer = collecting(observer, warnings);
+  StreamSums sums(data.plan);
+  Checksum stream;
   {
-    EncodeJob job(data.plan, first);
+    const Sink through_sum = summed(first, stream);
+    EncodeJob job(data.plan, through_sum);
     job.run_group(0);
     data.decisions = job.decisions();
-    state->first_report = report_of(job.sums(), 0, warnings);
+    sums = job.sums();
   }
   // What was loaded for planning is not needed any more.
   state->data = load_plan(save_plan(std::move(data)), given.capture, {});
+  state->first_report = report_of(sums, {state->data.checksum, 0, stream}, warnings);
 }
 
 PartPlan::PartPlan(std::string_view bytes, const std::string &name, const std::string &capture)
@@ -274,9 +329,11 @@ std::string PartPlan::encode(size_t group, uint32_t threads, const Sink &sink,
   plan.options.threads = threads;
   plan.observer = collecting(observer, warnings);
   plan.videos = std::make_shared<scene::Videos>(threads, plan.capture.memory_limit);
-  EncodeJob job(plan, sink, data.decisions, group);
+  Checksum stream;
+  const Sink through_sum = summed(sink, stream);
+  EncodeJob job(plan, through_sum, data.decisions, group);
   job.run_group(group);
-  return report_of(job.sums(), group, warnings);
+  return report_of(job.sums(), {data.checksum, group, stream}, warnings);
 }
 
 void PartPlan::check_complete(const std::string &name, const std::vector<bool> &there) const {
@@ -306,8 +363,8 @@ Merged PartPlan::merge(const std::function<Part(size_t group)> &open_part, const
     observer.check_cancelled();
     const Part part = open_part(group);
     if (group && data.plan.options.repeat_configuration) writer.repeat_configuration();
-    PartReader(group, *part.stream).copy(head, writer, tee);
-    add_report(sums, part.report, part.stream->path(), merged.warnings);
+    const Checksum stream = PartReader(group, *part.stream).copy(head, writer, tee);
+    add_report(sums, part.report, part.stream->path(), {data.checksum, group, stream}, merged.warnings);
     observer.progress(frames_of(group));
   }
   merged.bytes = sums.bytes = writer.finish();

@@ -219,7 +219,7 @@ struct Fields {
       frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
-    auto &[plan, decisions, capture, warnings] = v;
+    auto &[plan, decisions, capture, warnings, checksum] = v;
     a(plan, decisions, capture, warnings);
   }
 };
@@ -357,7 +357,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 9;
+constexpr int plan_version = 10;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);
@@ -446,7 +446,8 @@ PlanData load_plan(std::string_view bytes, const std::string &name, const std::s
       throw Error(name + ": is a plan of " + made_by + ", expected one of " + version_text() +
                   ": plan again, with the version that encodes");
     const std::vector<uint8_t> &fields = file.at("plan").get_binary();
-    if (fvv_crc32c(0, fields.data(), fields.size()) != file.at("crc32c").get<uint32_t>())
+    data.checksum = file.at("crc32c").get<uint32_t>();
+    if (fvv_crc32c(0, fields.data(), fields.size()) != data.checksum)
       throw Error(name + ": the plan is damaged: its checksum is wrong");
     Loader::load(from_cbor(fields, name), data);
   } catch (const Cbor::exception &) {

@@ -16,6 +16,7 @@ struct PlanData {
   Decisions decisions;               // by the first group
   std::string capture;               // the bytes of capture.json
   std::vector<std::string> warnings; // of planning
+  uint32_t checksum = 0;             // of the saved plan; of one that was loaded
 };
 
 // The same bytes for the same data.
