@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy  # noqa: F401  (loaded once, before the forks)
 from fvv_conformance.cases import default_folder, load
 from fvv_conformance.compare import describe_differences
+from fvv_conformance.questions import answer_differences, questions_of, request_of
 from fvv_conformance.running import ways_of
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -147,6 +148,9 @@ class Suite:
         for way in ways_of(case, parts):
             answer = module.report(self.content[name], bool(way.get("live")))
             yield from describe_differences(case.tier, case.expected, json.loads(json.dumps(answer)), parts)
+        for question in questions_of(case, parts):
+            answer = module.ANSWERS[question["op"]](self.content[name], request_of(case, question))
+            yield from answer_differences(question, json.loads(json.dumps(answer)))
 
     def measure(self):
         """Runs all cases without a change, in a process of its own."""
@@ -319,6 +323,7 @@ def parsed():
     parser.add_argument(
         "--file", metavar="GLOB", default="*", help="files of the decoder, such as 'decode/draco*'"
     )
+    parser.add_argument("--line", metavar="TEXT", default="", help="lines that contain this text")
     parser.add_argument(
         "--minutes", type=float, help="begin no mutant after this time; the others are not counted"
     )
@@ -331,7 +336,7 @@ def choose(suite, arguments):
     """The mutants to run; how many there are in all, and in functions that a case calls."""
     files = [p for p in sorted(PACKAGE.rglob("*.py")) if p.name not in WRITERS]
     files = [p for p in files if fnmatch.fnmatch(str(p.relative_to(PACKAGE)), arguments.file)]
-    every = [mutant for path in files for mutant in mutants_of(path)]
+    every = [mutant for path in files for mutant in mutants_of(path) if arguments.line in mutant.source]
     reached = suite.reached()
     alive = [m for m in every if not m.function or (m.file, m.function) in reached]
     random.Random(arguments.seed).shuffle(alive)

@@ -6,8 +6,9 @@ import pathlib
 import sys
 
 
-def serve(hello, decode):
-    """hello: what the decoder says of itself. decode(bytes, live): a report."""
+def serve(hello, decode, questions=None):
+    """hello: what the decoder says of itself. decode(bytes, live): a report. questions: functions by operation, (bytes, request)
+    to the answer to a question on one frame."""
     for line in sys.stdin:
         request = json.loads(line)
         if request["op"] == "quit":
@@ -20,7 +21,10 @@ def serve(hello, decode):
                 content = (
                     pathlib.Path(request["path"]).read_bytes() if data is None else base64.b64decode(data)
                 )
-                answer = decode(content, bool(request.get("live")))
+                question = (questions or {}).get(request["op"])
+                answer = (
+                    question(content, request) if question else decode(content, bool(request.get("live")))
+                )
         except (KeyError, OSError, ValueError) as error:
             answer = {"error": f"{type(error).__name__}: {error}"}
         if "id" in request:

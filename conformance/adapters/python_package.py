@@ -173,5 +173,25 @@ def report(content, live):
     return out
 
 
+def or_none(row):
+    return None if numpy.isnan(row).any() else row.tolist()
+
+
+def project(content, request):
+    with fvv.open(content) as clip:
+        camera = clip[request["frame"]].cameras[request["camera"]]
+        return {"pixels": [or_none(row) for row in camera.project(request["points"])]}
+
+
+def unproject(content, request):
+    with fvv.open(content) as clip:
+        camera = clip[request["frame"]].cameras[request["camera"]]
+        _, directions = camera.ray(request["pixels"])
+        return {"rays": [or_none(camera.R @ row) for row in directions]}
+
+
+QUESTIONS = {"project": project, "unproject": unproject}
+
 if __name__ == "__main__":
-    serve({"name": "fvv for Python", "version": fvv.__version__, "format": "0.2", "parts": PARTS}, report)
+    hello = {"name": "fvv for Python", "version": fvv.__version__, "format": "0.2"}
+    serve({**hello, "parts": [*PARTS, *QUESTIONS]}, report, QUESTIONS)

@@ -57,6 +57,8 @@ def print_result(result, stream=None):
     for line in table(["decoder", *TIERS, "seconds"], rows):
         print(line, file=stream)
     for one in result["decoders"]:
+        for line in one["skipped"]:
+            print(without_controls(f"{one['name']}: {line}"), file=stream)
         for row in one["disagreements"]:
             for difference in row["differences"][:8]:
                 print(without_controls(f"{one['name']}: {row['case']}: {difference}"), file=stream)

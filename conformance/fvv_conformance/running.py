@@ -8,6 +8,7 @@ from . import FORMAT
 from .cases import TIERS
 from .compare import describe_differences
 from .decoder import Decoder
+from .questions import answer_differences, not_offered, questions_of, request_of
 
 
 class Outcome(NamedTuple):
@@ -19,7 +20,7 @@ class Outcome(NamedTuple):
 
 
 class Tested(NamedTuple):
-    """One decoder on all cases. seconds: from the start of its processes to their end."""
+    """One decoder on all cases. seconds: from the start of its processes to their end. skipped: what it was not asked, as lines."""
 
     name: str
     version: str
@@ -27,6 +28,7 @@ class Tested(NamedTuple):
     parts: list
     outcomes: list
     seconds: float
+    skipped: tuple = ()
 
     def counts(self, cases):
         """(agreed, of) for each tier."""
@@ -41,27 +43,36 @@ class Tested(NamedTuple):
 
 
 def ways_of(case, parts):
-    """The requests for a case: as a file, and pushed from front to back where the decoder can."""
+    """The requests for a report of a case: as a file, and pushed from front to back where the decoder can."""
     yield {"path": str(case.path)}
     if "live" in parts:
         yield {"path": str(case.path), "live": True}
 
 
+def requests_for(case, parts):
+    yield from ways_of(case, parts)
+    for question in questions_of(case, parts):
+        yield request_of(case, question)
+
+
 def judge(case, answers, parts):
-    differences = []
+    ways, differences = len(list(ways_of(case, parts))), []
+    answers, answered = answers[:ways], answers[ways:]
     for i, answer in enumerate(answers):
         for line in describe_differences(case.tier, case.expected, answer, parts):
             differences.append(f"live: {line}" if i else line)
+    for question, answer in zip(questions_of(case, parts), answered):
+        differences += answer_differences(question, answer)
     return differences
 
 
 def test_cases(decoder, cases, on_step):
     """Yields an Outcome for each case, in order."""
-    ways = [(case, way) for case in cases for way in ways_of(case, decoder.parts)]
-    answers = decoder.decode_all(way for _, way in ways)
+    asked = {case.name: list(requests_for(case, decoder.parts)) for case in cases}
+    answers = decoder.decode_all(request for case in cases for request in asked[case.name])
     start = time.monotonic()
     for case in cases:
-        found = [next(answers) for _ in ways_of(case, decoder.parts)]
+        found = [next(answers) for _ in asked[case.name]]
         now = time.monotonic()
         yield Outcome(case.name, now - start, judge(case, found, decoder.parts))
         start = now
@@ -88,7 +99,9 @@ def test_decoder(command, cases, jobs, timeout, on_step=lambda: None):
     outcomes = {outcome.case: outcome for _, some in done for outcome in some}
     ordered = [outcomes[case.name] for case in cases]
     seconds = time.monotonic() - start
-    return Tested(decoder.name, decoder.version, decoder.format, sorted(decoder.parts), ordered, seconds)
+    skipped = tuple(not_offered(cases, decoder.parts))
+    parts = sorted(decoder.parts)
+    return Tested(decoder.name, decoder.version, decoder.format, parts, ordered, seconds, skipped)
 
 
 def with_distinct_names(tested):
@@ -126,6 +139,7 @@ def as_json(tested, cases):
                     tier: {"agreed": good, "of": of} for tier, (good, of) in one.counts(cases).items()
                 },
                 "seconds": round(one.seconds, 3),
+                "skipped": list(one.skipped),
                 "disagreements": [
                     {"case": outcome.case, "differences": outcome.differences}
                     for outcome in one.outcomes

@@ -5,7 +5,7 @@ import pathlib
 import re
 from typing import NamedTuple
 
-from reference import possible
+from reference import possible, questions
 from reference.container import DATA
 from reference.decoder import read, report
 
@@ -25,7 +25,7 @@ STOPPED = {2205, 4002}
 
 class Case(NamedTuple):
     """make: returns a writer.Stream or bytes. refused: nothing after the fault is read, although the rule's number allows it.
-    limits: it is beyond the limits that every reader supports (clause 13)."""
+    limits: it is beyond the limits that every reader supports (clause 13). questions: requests on single frames (PROTOCOL.md)."""
 
     tier: str
     name: str
@@ -38,6 +38,7 @@ class Case(NamedTuple):
     refused: bool = False
     source: str = ""
     limits: bool = False
+    questions: tuple = ()
 
 
 _cases = {}
@@ -55,7 +56,19 @@ def issue(number):
     return f"FVV-{number}"
 
 
-def valid(name, title, clauses, make, *, uncommon=False, requirements=(), rules=(), source="", limits=False):
+def valid(
+    name,
+    title,
+    clauses,
+    make,
+    *,
+    uncommon=False,
+    requirements=(),
+    rules=(),
+    source="",
+    limits=False,
+    questions=(),
+):
     """A stream without fault. rules: those whose limit it reaches; requirements: those on programs that it shows."""
     add(
         Case(
@@ -68,6 +81,7 @@ def valid(name, title, clauses, make, *, uncommon=False, requirements=(), rules=
             make,
             source=source,
             limits=limits,
+            questions=tuple(questions),
         )
     )
 
@@ -97,7 +111,13 @@ def all_cases():
 
 
 def text(value):
-    return (json.dumps(value, indent=1, ensure_ascii=False) + "\n").encode()
+    """The file of a case: a line for each question, which has many numbers, and for each other value."""
+    rows = [json.dumps(row) for row in value.get("questions", [])]
+    places = [f"question {i}" for i in range(len(rows))]
+    out = json.dumps(value | ({"questions": places} if rows else {}), indent=1, ensure_ascii=False)
+    for place, row in zip(places, rows):
+        out = out.replace(f'"{place}"', row)
+    return (out + "\n").encode()
 
 
 def description(case, fault):
@@ -127,6 +147,15 @@ def required(data, fault):
     return out
 
 
+def rounded(value):
+    """An answer without the digits in which the functions of the C libraries of two machines may differ."""
+    if isinstance(value, dict):
+        return {name: rounded(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [rounded(one) for one in value]
+    return round(value, 10) if isinstance(value, float) else value
+
+
 def expectation(case, data, fault):
     """The report in expected.json. What the stream holds comes from the reference decoder; status, issue and place from the writer."""
     found = report(data)
@@ -143,6 +172,8 @@ def expectation(case, data, fault):
         # Without a footer only a reader from front to back finds an index.
         del found["summary"]["indexed"]
     out |= {part: found[part] for part in ("frames", "sounds", "environment", "summary")}
+    if case.questions:
+        out["questions"] = [q | rounded(questions.ANSWERS[q["op"]](data, q)) for q in case.questions]
     if fault and not refused and (times := required(data, fault)):
         out["required"] = times
     return out

@@ -7,8 +7,9 @@ import sys
 
 from .container import DATA
 from .decoder import report
+from .questions import ANSWERS
 
-PARTS = ["check", "mesh", "camera", "visibility", "colours", "video", "sound", "environment"]
+PARTS = ["check", "mesh", "camera", "visibility", "colours", "video", "sound", "environment", *ANSWERS]
 
 
 def hello():
@@ -16,13 +17,18 @@ def hello():
     return {"protocol": 1, "name": "reference", "version": version, "format": version, "parts": PARTS}
 
 
-def decode(request):
-    """The report of a stream that is given by its path or its bytes."""
+def content_of(request):
+    """The bytes of a stream, which is given by its path or its bytes."""
     if "data" in request:
-        data = base64.b64decode(request["data"])
-    else:
-        data = pathlib.Path(request["path"]).read_bytes()
-    return {"id": request.get("id"), **report(data, bool(request.get("live")))}
+        return base64.b64decode(request["data"])
+    return pathlib.Path(request["path"]).read_bytes()
+
+
+def answer(request):
+    """A report of a stream, or the answer to a question on one of its frames."""
+    data, op = content_of(request), request["op"]
+    found = ANSWERS[op](data, request) if op in ANSWERS else report(data, bool(request.get("live")))
+    return {"id": request.get("id"), **found}
 
 
 def main():
@@ -30,8 +36,8 @@ def main():
         request = json.loads(line)
         if request["op"] == "quit":
             break
-        answer = hello() if request["op"] == "hello" else decode(request)
-        print(json.dumps(answer, separators=(",", ":")), flush=True)
+        found = hello() if request["op"] == "hello" else answer(request)
+        print(json.dumps(found, separators=(",", ":")), flush=True)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import { fileURLToPath } from "node:url";
 import { serve as servePages } from "../../../js/decoder/test/server.mjs";
 import { missingBrowser, openBrowser } from "../../../js/testing/browser.mjs";
 import { serve } from "./protocol.mjs";
+import { questions } from "./questions.mjs";
 import { parts } from "./report.mjs";
 
 const name = process.argv[2] ?? "chromium";
@@ -19,8 +20,11 @@ const server = await servePages({}, () => {}, { adapter: fileURLToPath(new URL("
 const browser = await openBrowser(name);
 const page = await browser.newPage(`${server.url}/adapter/page.html`);
 await page.waitForFunction(() => window.decode);
-await serve({ name, version, format: "0.2", parts }, (bytes, live) =>
-  page.evaluate((base64, isLive) => window.decode(base64, isLive), Buffer.from(bytes).toString("base64"), live),
+const base64Of = (bytes) => Buffer.from(bytes).toString("base64");
+await serve(
+  { name, version, format: "0.2", parts: [...parts, ...questions] },
+  (bytes, live) => page.evaluate((base64, isLive) => window.decode(base64, isLive), base64Of(bytes), live),
+  (bytes, request) => page.evaluate((base64, asked) => window.ask(base64, asked), base64Of(bytes), request),
 );
 await browser.close();
 server.close();

@@ -1,5 +1,6 @@
 // Speaks the protocol of conformance/PROTOCOL.md for libfvv: requests on standard input, answers on standard
 // output.
+#include "questions.h"
 #include "report.h"
 
 #include "fvv/format.h"
@@ -7,6 +8,7 @@
 
 #include <openssl/evp.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -36,19 +38,20 @@ std::vector<uint8_t> content_of(const json &request) {
 
 json hello() {
   const std::string format = std::to_string(FVV_FORMAT_MAJOR) + "." + std::to_string(FVV_FORMAT_MINOR);
+  json parts = {"check",     "mesh",  "camera", "visibility", "colours",
+                "texturing", "video", "sound",  "environment"};
+  for (const std::string &op : fvv::conformance::questions()) parts.push_back(op);
   return {
-      {"protocol", 1},
-      {"name", "libfvv"},
-      {"version", fvv_version()},
-      {"format", format},
-      {"parts",
-       {"check", "mesh", "camera", "visibility", "colours", "texturing", "video", "sound", "environment"}}};
+      {"protocol", 1}, {"name", "libfvv"}, {"version", fvv_version()}, {"format", format}, {"parts", parts}};
 }
 
 json answer(const json &request) {
   const std::string op = request.at("op");
+  const std::vector<std::string> asked = fvv::conformance::questions();
   if (op == "hello") return hello();
   if (op == "decode") return fvv::conformance::report(content_of(request), request.value("live", false));
+  if (std::find(asked.begin(), asked.end(), op) != asked.end())
+    return fvv::conformance::answer_question(content_of(request), request);
   throw std::runtime_error(op + ": no such operation");
 }
 

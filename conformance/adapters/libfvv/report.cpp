@@ -1,6 +1,7 @@
 #include "report.h"
 
 #include "arrays.h"
+#include "stream_pointer.h"
 
 #include <algorithm>
 #include <cstring>
@@ -43,10 +44,6 @@ struct CheckerDeleter {
   void operator()(fvv_checker *checker) const { fvv_checker_destroy(checker); }
 };
 using Checker = std::unique_ptr<fvv_checker, CheckerDeleter>;
-
-struct StreamCloser {
-  void operator()(fvv_stream *stream) const { fvv_stream_close(stream); }
-};
 
 fvv_status check(fvv_checker *checker, const std::vector<uint8_t> &bytes, size_t piece) {
   fvv_status status = FVV_OK;
@@ -140,7 +137,7 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
   const fvv_input input = fvv_input_memory(bytes.data(), bytes.size());
   fvv_stream *opened = nullptr;
   if (fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) != FVV_OK) return out;
-  const std::unique_ptr<fvv_stream, StreamCloser> stream(opened);
+  const StreamPointer stream(opened);
   const std::set<Place> whole = whole_frames(created, seen);
   for (size_t i = 0; i < fvv_stream_frame_count(opened); i++) {
     fvv_frame frame;
