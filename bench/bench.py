@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, pick, measure, view, look, ladder, chaos, settle, player, gpu, sound, npm, docs, site, python,
+import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, pick, measure, view, look, ladder, chaos, settle, player, three, gpu, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain, surfaces.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -32,6 +32,7 @@ from inputs import triangles
 from muxing import DEMO_OPTIONS, Muxing
 from network import live as live_stream
 from pages import figures as page_figures
+from pages import three as three_renderers
 from recordings import calibrate, chain, hull, surfaces
 from spend import figures as spending
 from spend import scenes
@@ -507,6 +508,7 @@ PARTS = {
     "chaos": chaos,
     "settle": settle,
     "player": played,
+    "three": three_renderers.measure,
     "gpu": gpu_figures.measure,
     "sound": player.sound,
     "npm": browser_decoder.packages,

@@ -16,6 +16,8 @@ const drawing = {
   vulkan: ["--ignore-gpu-blocklist", "--enable-features=Vulkan", "--disable-vulkan-surface"],
 };
 
+const WEBGPU = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"];
+
 const kinds = {
   chromium: {
     program: process.env.FVV_CHROMIUM ?? "chromium",
@@ -113,9 +115,9 @@ async function start(options) {
 
 /**
  * {name, newPage, troubles, close}; troubles: errors and warnings of the pages, including violations of the content policy.
- * sound: with a device, if missingSound finds nothing.
+ * sound: with a device, if missingSound finds nothing. webgpu: with WebGPU of Chromium, which draws on the processor.
  */
-export async function openBrowser(name = "chromium", { sound = false } = {}) {
+export async function openBrowser(name = "chromium", { sound = false, webgpu = false } = {}) {
   const { program, screen: wanted, device: needed, launch } = kinds[name];
   const path = spawnSync("which", [program], { encoding: "utf8" }).stdout.trim();
   const screen = wanted ? await openScreen() : null;
@@ -127,7 +129,8 @@ export async function openBrowser(name = "chromium", { sound = false } = {}) {
   };
   let browser;
   try {
-    browser = await start({ ...launch, executablePath: path, env });
+    const args = [...(launch.args ?? []), ...(webgpu ? WEBGPU : [])];
+    browser = await start({ ...launch, args, executablePath: path, env });
   } catch (error) {
     screen?.close();
     device?.close();

@@ -76,11 +76,15 @@ function bring(from, to) {
 }
 
 export class Session {
-  static async open(browserName = "chromium") {
+  /** scripts, files: of another page than the player's, page.html; more: for openBrowser. */
+  static async open(
+    browserName = "chromium",
+    { scripts = here("page.js"), files = [here("page.html")], ...more } = {},
+  ) {
     const served = await serveFolder();
     try {
-      await bundle(here("page.js"), [here("page.html")], join(served.folder, "page"));
-      const browser = await openBrowser(browserName);
+      await bundle(scripts, files, join(served.folder, "page"));
+      const browser = await openBrowser(browserName, more);
       const page = await browser.newPage(`${served.url}page/page.html`);
       await page.waitForSelector("[data-ready]");
       return new Session(served, browser, page);

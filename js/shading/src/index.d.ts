@@ -65,6 +65,11 @@ export class Replication {
   /** test: draws the picture with replicationFragment and returns its RGBA pixels. */
   isSeenIn(picture: WholePicture, test: () => Uint8Array): boolean;
 }
+/** Of the rule by which cameras are mixed; see src/camera_rule.js. */
+export const APART: number;
+export const FADE: number;
+/** Texels per pixel from which on levels above the first are used. */
+export const SHARP: number;
 /** Levels of the texture of pictures; level 0 is the pictures as they are. */
 export const LEVELS: number;
 /** Whether shaders need the define LEVELS, and pictures more levels than the first. See src/views.js. */

@@ -8,7 +8,9 @@ import { Renderer } from "@fvv/player/renderer";
 import { viewFromCamera, viewFromPose } from "@fvv/player/view";
 import { texturingOf, viewsOf } from "@fvv/shading";
 import { FvvObject3D, lookThrough } from "@fvv/three";
+import { FvvObject3D as NodeObject } from "@fvv/three/webgpu";
 import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
+import { WebGPURenderer } from "three/webgpu";
 
 async function open(url: string): Promise<Decoder> {
   const decoder = await createDecoder({
@@ -56,6 +58,15 @@ async function drawAll(decoder: Decoder, canvas: HTMLCanvasElement): Promise<voi
   renderer.close();
 }
 
+async function showWithNodes(frame: Frame, renderer: WebGPURenderer, viewer: PerspectiveCamera): Promise<boolean> {
+  const object = new NodeObject({ renderer, blend: "paper" });
+  // @ts-expect-error the renderer is of another kind
+  new FvvObject3D({ renderer });
+  const [camera] = frame.cameras;
+  if (camera) lookThrough(viewer, camera, renderer);
+  return object.show(frame);
+}
+
 async function showInScene(frame: Frame, renderer: WebGLRenderer): Promise<number | null> {
   const object = new FvvObject3D({ renderer, best: 2, threshold: 0.5, unseen: 0x336699 });
   const viewer = new PerspectiveCamera();
@@ -86,4 +97,4 @@ async function play(source: Blob): Promise<void> {
   player.addEventListener("timeupdate", () => console.log(player.currentTime, player.stats.framesShown));
 }
 
-export { camerasFor, drawAll, open, play, showInScene, touch };
+export { camerasFor, drawAll, open, play, showInScene, showWithNodes, touch };

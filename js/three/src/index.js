@@ -1,5 +1,13 @@
-// @fvv/three: free-viewpoint video as an object of a three.js scene. index.d.ts documents the types.
+// @fvv/three: free-viewpoint video as an object of a three.js scene, for WebGLRenderer. index.d.ts documents the types.
+
+import { GlDrawing } from "./gl/drawing.js";
+import { FrameObject } from "./object.js";
 
 export { pick, rayThrough } from "@fvv/analysis";
-export { FvvObject3D } from "./object.js";
 export { lookThrough } from "./look_through.js";
+
+export class FvvObject3D extends FrameObject {
+  constructor(options) {
+    super(options, GlDrawing);
+  }
+}

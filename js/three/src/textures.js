@@ -1,27 +1,18 @@
-// The textures that the shaders read beside the pictures: cameras, visibility weights, depth maps.
+// The textures that the shaders read beside pictures and depth maps: cameras and visibility weights.
 
 import {
   Color,
   DataTexture,
-  DoubleSide,
   FloatType,
-  GLSL3,
-  Mesh,
+  LinearFilter,
   NearestFilter,
-  NoBlending,
-  OrthographicCamera,
+  NoColorSpace,
+  RedFormat,
   RGBAFormat,
-  Scene,
-  ShaderMaterial,
+  Texture,
   UnsignedByteType,
-  Vector2,
-  WebGLArrayRenderTarget,
 } from "three";
 import {
-  depthFragment,
-  DepthPlan,
-  depthSizes,
-  depthVertex,
   MAX_VIEWS,
   packVisibilityWeights,
   WEIGHT_COLUMNS,
@@ -101,87 +92,40 @@ export class VisibilityWeightTexture {
   }
 }
 
-/**
- * Depth maps of the cameras without visibility weights, in the layers of one target. They are drawn once per frame of the
- * stream, not for each picture of the viewer.
- */
-export class DepthMaps {
-  #target = null;
-  #plan = new DepthPlan();
-  #material;
-  #scene = new Scene();
-  #viewer = new OrthographicCamera();
+function upload(Type, ...parameters) {
+  const texture = new Type(...parameters);
+  // Tiles are addressed by rows from the top, and ImageBitmaps cannot be flipped.
+  texture.flipY = false;
+  texture.colorSpace = NoColorSpace;
+  texture.generateMipmaps = false;
+  texture.unpackAlignment = 1;
+  texture.minFilter = texture.magFilter = LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
 
-  constructor(geometry, viewTexture) {
-    this.#material = new ShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader: depthVertex,
-      fragmentShader: depthFragment,
-      side: DoubleSide,
-      blending: NoBlending,
-      toneMapped: false,
-      uniforms: {
-        views: { value: viewTexture },
-        view: { value: 0 },
-        layerSize: { value: new Vector2(1, 1) },
-        nearPlane: { value: 0 },
-      },
-    });
-    const mesh = new Mesh(geometry, this.#material);
-    mesh.frustumCulled = false;
-    this.#scene.add(mesh);
-  }
+/** Textures for uploads of pictures and their planes. One is reused for the next picture of the same size. */
+export class Sources {
+  #known = new Map();
 
-  get texture() {
-    return this.#target?.texture ?? null;
-  }
-
-  /** The depth from which on cameras see something. */
-  set nearPlane(depth) {
-    this.#material.uniforms.nearPlane.value = depth;
-  }
-
-  /** Assigns a place in the maps to every view without visibility weights. */
-  plan(views) {
-    const wanted = this.#plan.place(views, (view) => !view.hasVisibilityWeights);
-    if (wanted) this.#resize(wanted);
-  }
-
-  #resize(wanted) {
-    const former = this.#target && {
-      width: this.#target.width,
-      height: this.#target.height,
-      layers: this.#target.depth,
-    };
-    const { width, height, layers } = depthSizes(wanted, former);
-    if (former && width === former.width && height === former.height && layers === former.layers) return;
-    this.#target?.dispose();
-    this.#target = new WebGLArrayRenderTarget(width, height, layers, {
-      format: RGBAFormat,
-      type: UnsignedByteType,
-      minFilter: NearestFilter,
-      magFilter: NearestFilter,
-      generateMipmaps: false,
-    });
-    this.#material.uniforms.layerSize.value.set(width, height);
-  }
-
-  render(renderer, views) {
-    if (!views.some((view) => view.depth)) return;
-    offScreen(renderer, () =>
-      views.forEach((view, i) => {
-        if (!view.depth) return;
-        this.#material.uniforms.view.value = i;
-        this.#material.uniformsNeedUpdate = true;
-        renderer.setRenderTarget(this.#target, i);
-        renderer.render(this.#scene, this.#viewer);
-      }),
-    );
+  get(key, Type, image, width, height) {
+    const known = this.#known.get(key);
+    if (known && known.width === width && known.height === height) {
+      known.texture.image = image;
+      known.texture.needsUpdate = true;
+      return known.texture;
+    }
+    known?.texture.dispose();
+    const texture =
+      Type === DataTexture
+        ? upload(DataTexture, image.data, width, height, RedFormat, UnsignedByteType)
+        : upload(Texture, image);
+    this.#known.set(key, { texture, width, height });
+    return texture;
   }
 
   dispose() {
-    this.#target?.dispose();
-    this.#material.dispose();
-    this.#target = null;
+    for (const { texture } of this.#known.values()) texture.dispose();
+    this.#known.clear();
   }
 }

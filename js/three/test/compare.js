@@ -1,31 +1,11 @@
 // Draws frames of a stream as its cameras see them, and measures the difference from pictures of fvvrender.
 
 import { createDecoder } from "@fvv/decoder";
-import { FvvObject3D, lookThrough } from "@fvv/three";
-import {
-  Mesh,
-  MeshBasicMaterial,
-  PerspectiveCamera,
-  PlaneGeometry,
-  Raycaster,
-  Scene,
-  Vector2,
-  Vector3,
-  WebGLRenderer,
-} from "three";
+import { lookThrough } from "@fvv/three";
+import { Mesh, MeshBasicMaterial, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, Vector2, Vector3 } from "three";
 
-const renderers = {};
-/** depth: "standard", "reversed" or "logarithmic". */
-function rendererOf(depth) {
-  renderers[depth] ??= new WebGLRenderer({
-    antialias: false,
-    preserveDrawingBuffer: true,
-    reversedDepthBuffer: depth === "reversed",
-    logarithmicDepthBuffer: depth === "logarithmic",
-  });
-  document.body.append(renderers[depth].domElement);
-  return renderers[depth];
-}
+import { drawn, objectOf, pixels, rendererOf } from "./renderers.js";
+
 const scene = new Scene();
 const viewer = new PerspectiveCamera(50, 1, 0.05, 100);
 
@@ -40,21 +20,21 @@ async function renew(renderer, object) {
 }
 
 /** The fraction of the pixels with mask that a plane across the view hides, by its distance. */
-function hidden(renderer, distances, mask, size) {
+async function hidden(renderer, distances, mask, size) {
   const plane = new Mesh(new PlaneGeometry(1000, 1000), new MeshBasicMaterial({ color: 0xff00ff }));
   viewer.add(plane);
-  const found = distances.map((distance) => {
+  const found = [];
+  for (const distance of distances) {
     plane.position.z = -distance;
-    renderer.render(scene, viewer);
-    const drawn = pixels(renderer.domElement, size);
+    const picture = await drawn(renderer, scene, viewer, size);
     let [count, covered] = [0, 0];
-    for (let i = 0; i < drawn.length; i += 4) {
+    for (let i = 0; i < picture.length; i += 4) {
       if (mask[i] < 255) continue;
       count++;
-      covered += drawn[i] === 255 && drawn[i + 1] === 0 && drawn[i + 2] === 255;
+      covered += picture[i] === 255 && picture[i + 1] === 0 && picture[i + 2] === 255;
     }
-    return covered / count;
-  });
+    found.push(covered / count);
+  }
   viewer.remove(plane);
   return found;
 }
@@ -84,11 +64,6 @@ function rays(object, camera, mask, { width, height }) {
   return { hits: hits.length, right: right.filter(Boolean).length / right.length, off: Math.max(...off) };
 }
 
-function pixels(source, { width, height }) {
-  const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
-  context.drawImage(source, 0, 0);
-  return context.getImageData(0, 0, width, height).data;
-}
 async function reference(name, size) {
   const blob = await (await fetch(name)).blob();
   return pixels(await createImageBitmap(blob, { colorSpaceConversion: "none" }), size);
@@ -152,12 +127,13 @@ window.compare = async ({
   own = {},
   shrink = 1,
   near = 0.05,
+  kind = "webgl",
   depth = "standard",
   lose = false,
   planes = [],
   cast = false,
 }) => {
-  const renderer = rendererOf(depth);
+  const renderer = await rendererOf(kind, depth);
   viewer.near = near;
   const decoder = await createDecoder({
     source: file,
@@ -166,7 +142,7 @@ window.compare = async ({
   });
   await decoder.seek({ frame: number });
   const frame = await decoder.next();
-  const object = new FvvObject3D({ renderer, ...own });
+  const object = objectOf(kind, { renderer, ...own });
   if (turned) {
     object.rotation.set(0.3, 0.7, -2);
     object.position.set(1, 2, 3);
@@ -184,15 +160,14 @@ window.compare = async ({
     const size = { width: camera.width / shrink, height: camera.height / shrink };
     renderer.setSize(size.width, size.height, false);
     lookThrough(viewer, camera, renderer);
-    renderer.render(scene, viewer);
-    const drawn = pixels(renderer.domElement, size);
+    const seen = await drawn(renderer, scene, viewer, size);
     const [wanted, inside] = await Promise.all([picture, mask].map((name) => reference(name, camera)));
     results.push({
       camera: id,
-      hidden: hidden(renderer, planes, inside, size),
+      hidden: await hidden(renderer, planes, inside, size),
       ...(cast && { rays: rays(object, camera, inside, size) }),
       ...measure(
-        drawn,
+        seen,
         averaged(wanted, camera, shrink),
         averaged(inside, camera, shrink).map((value) => (value < 255 ? 0 : 255)),
       ),

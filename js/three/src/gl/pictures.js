@@ -13,26 +13,22 @@ import {
 import {
   DataTexture,
   GLSL3,
-  LinearFilter,
   LinearMipmapLinearFilter,
   Mesh,
   NearestFilter,
   NoBlending,
-  NoColorSpace,
   OrthographicCamera,
   PlaneGeometry,
-  RedFormat,
   Scene,
   ShaderMaterial,
   Texture,
-  UnsignedByteType,
   Vector2,
   Vector3,
   Vector4,
   WebGLRenderTarget,
 } from "three";
 
-import { offScreen } from "./textures.js";
+import { offScreen, Sources } from "../textures.js";
 
 /** A quad that covers the viewport. */
 const wholeVertex = /* glsl */ `
@@ -40,18 +36,6 @@ void main() {
   gl_Position = vec4(position.xy, 0.0, 1.0);
 }
 `;
-
-function upload(Type, ...parameters) {
-  const texture = new Type(...parameters);
-  // Tiles are addressed by rows from the top, and ImageBitmaps cannot be flipped.
-  texture.flipY = false;
-  texture.colorSpace = NoColorSpace;
-  texture.generateMipmaps = false;
-  texture.unpackAlignment = 1;
-  texture.minFilter = texture.magFilter = LinearFilter;
-  texture.needsUpdate = true;
-  return texture;
-}
 
 function sizeOf(image) {
   return [image.displayWidth ?? image.width, image.displayHeight ?? image.height];
@@ -61,7 +45,7 @@ export class PictureTexture {
   texture = null;
   width = 1;
   height = 1;
-  #sources = new Map(); // key -> texture for uploads
+  #sources = new Sources();
   #target = null;
   #scene = new Scene();
   #quad;
@@ -103,23 +87,6 @@ export class PictureTexture {
     this.texture.mipmapsAutoUpdate = false;
   }
 
-  /** A texture is reused for the next picture of the same size. */
-  #source(key, Type, image, width, height) {
-    const known = this.#sources.get(key);
-    if (known && known.width === width && known.height === height) {
-      known.texture.image = image;
-      known.texture.needsUpdate = true;
-      return known.texture;
-    }
-    known?.texture.dispose();
-    const texture =
-      Type === DataTexture
-        ? upload(DataTexture, image.data, width, height, RedFormat, UnsignedByteType)
-        : upload(Texture, image);
-    this.#sources.set(key, { texture, width, height });
-    return texture;
-  }
-
   #resize(width, height) {
     if (this.#target?.width === width && this.#target.height === height) return;
     this.#target?.dispose();
@@ -154,12 +121,12 @@ export class PictureTexture {
     };
     if (picture.planes) {
       const [Y, U, V] = picture.planes.map((plane, k) =>
-        this.#source(`${i} ${k}`, DataTexture, plane, plane.width, plane.height),
+        this.#sources.get(`${i} ${k}`, DataTexture, plane, plane.width, plane.height),
       );
       draw(planesFragment, { Y, U, V });
       return;
     }
-    const source = this.#source(`${i}`, Texture, picture.picture, ...sizeOf(picture.picture));
+    const source = this.#sources.get(`${i}`, Texture, picture.picture, ...sizeOf(picture.picture));
     source.minFilter = source.magFilter = NearestFilter;
     const { mixing, luma } = replicationOf(picture);
     const undone = { picture: source, mixing: new Vector4(...mixing), luma: new Vector2(...luma) };
@@ -173,9 +140,8 @@ export class PictureTexture {
   }
 
   dispose() {
-    for (const { texture } of this.#sources.values()) texture.dispose();
+    this.#sources.dispose();
     for (const material of this.#materials.values()) material.dispose();
-    this.#sources.clear();
     this.#materials.clear();
     this.#target?.dispose();
     this.#quad.geometry.dispose();
