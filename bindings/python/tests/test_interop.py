@@ -462,56 +462,6 @@ def test_open3d(players):
     assert numpy.abs(corners - textured.uvs[textured.indices]).max() < 1e-6
 
 
-def test_blender(players):
-    bpy = optional("bpy")
-    from bpy_extras.object_utils import world_to_camera_view
-    from mathutils import Vector
-
-    scene = bpy.context.scene
-    with fvv.open(players) as clip, fvv.open(SHAPES) as shapes:
-        shown = fvv.interop.blender.load(clip)
-        root = numpy.array(shown.root.matrix_world)
-        assert (root[:3, :3] @ (0, 1, 0)).round(6).tolist() == [0, 0, 1]
-        assert (scene.frame_start, scene.frame_end, scene.render.fps / scene.render.fps_base) == (0, 11, 25)
-        for index in (7, 0, 11):
-            scene.frame_set(index)
-            frame = clip[index]
-            data = shown.meshes[frame.mesh.track].data
-            flat = numpy.zeros(3 * frame.mesh.vertex_count, numpy.float32)
-            data.vertices.foreach_get("co", flat)
-            assert (flat.reshape(-1, 3) == frame.mesh.positions).all()
-            assert [list(face.vertices) for face in data.polygons[:50]] == frame.mesh.indices[:50].tolist()
-            colours = numpy.zeros(4 * frame.mesh.vertex_count, numpy.float32)
-            data.color_attributes["colours"].data.foreach_get("color_srgb", colours)
-            assert (numpy.rint(colours.reshape(-1, 4)[:, :3] * 255) == frame.mesh.colours).all()
-            for identifier, camera in frame.cameras.items():
-                scene.render.resolution_x, scene.render.resolution_y = camera.width, camera.height
-                aspect = camera.K[0, 0] / camera.K[1, 1]
-                scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(1, 1 / aspect), max(1, aspect)
-                found = shown.cameras[identifier]
-                points = seen_by(camera)
-                world = numpy.hstack([points, numpy.ones((len(points), 1))]) @ root.T
-                places = [world_to_camera_view(scene, found, Vector(point[:3])) for point in world]
-                pixels = [(x * camera.width, (1 - y) * camera.height) for x, y, _ in places]
-                assert numpy.abs(numpy.array(pixels) - camera.project(points)).max() < 1e-3
-        shown.remove()
-        assert not bpy.data.collections.get(shown.name) and not bpy.app.handlers.frame_change_pre
-        changing = fvv.interop.blender.load(shapes)
-        for frame in shapes:
-            scene.frame_set(frame.index)
-            data = changing.meshes[frame.mesh.track].data
-            assert (len(data.vertices), len(data.polygons)) == (
-                frame.mesh.vertex_count,
-                frame.mesh.face_count,
-            )
-            if frame.mesh.uvs is not None:
-                uvs = numpy.zeros(6 * frame.mesh.face_count, numpy.float32)
-                data.uv_layers.active.data.foreach_get("uv", uvs)
-                ours = frame.mesh.uvs[frame.mesh.indices].reshape(-1, 2)
-                assert numpy.abs(uvs.reshape(-1, 2) * (1, -1) + (0, 1) - ours).max() < 1e-6
-        changing.remove()
-
-
 def test_absent_packages_are_named(players):
     program = (
         "import sys, fvv\n"

@@ -1,0 +1,116 @@
+"""One colour for each vertex, from all cameras that see it: the same from every side. Needs no Blender."""
+
+from __future__ import annotations
+
+import numpy
+from numpy.typing import NDArray
+
+from ..._core import Camera, Mesh
+from ...clip import ClipFrame
+from ...pictures import on_screen
+from ...view import render
+
+#: As in a stream without TEXR (clause 17.5): least cosine, cameras that are mixed, and what no camera shows.
+THRESHOLD = 0.05
+BEST = 3
+UNSEEN = 128
+#: Pixels along which a camera loses its weight towards the border of its picture.
+BORDER = 8.0
+#: Of a vertex behind the surface that a camera sees, in widths of a pixel.
+DEPTH_BIAS = 1.5
+
+Weights = NDArray[numpy.float64]
+
+
+def baked(frame: ClipFrame, mesh: Mesh) -> NDArray[numpy.uint8]:
+    """(vertices, 3), sRGB: of each vertex the mean of the cameras that face it best. What no camera sees has the colour that was
+    sent, else grey."""
+    cameras = list(frame.pictures)
+    weights = numpy.zeros((len(cameras), mesh.vertex_count))
+    samples = numpy.zeros((len(cameras), mesh.vertex_count, 3))
+    for i, identifier in enumerate(cameras):
+        picture = frame.pictures[identifier]
+        if picture.camera is None:
+            continue
+        at = picture.camera.project(mesh.positions)
+        weights[i] = seen(frame, mesh, int(identifier)) * _facing(mesh, picture.camera) ** 2
+        weights[i] *= _border(at, picture.camera)
+        samples[i] = _sampled(on_screen(picture.pixels), at)
+    _keep_best(weights)
+    total = weights.sum(axis=0)
+    if mesh.colours is None:
+        found = numpy.full((mesh.vertex_count, 3), float(UNSEEN))
+    else:
+        found = mesh.colours.astype(numpy.float64)
+    shown = total > 0
+    mixed = numpy.einsum("cv,cvk->vk", weights, samples)
+    found[shown] = mixed[shown] / total[shown, None]
+    return numpy.rint(found).astype(numpy.uint8)
+
+
+def seen(frame: ClipFrame, mesh: Mesh, camera: int) -> Weights:
+    """(vertices,), 0 to 1: how much of the surface around each vertex a camera sees, by the weights of the stream, else by a
+    depth map."""
+    if mesh.track == min(frame.meshes):
+        sent = frame.visibility(camera)
+        if sent is not None:
+            return ((sent - 127.5) / 127.5).clip(0, 1)
+    return _by_depth(frame, mesh, camera)
+
+
+def _by_depth(frame: ClipFrame, mesh: Mesh, camera: int) -> Weights:
+    view = frame.cameras[camera]
+    drawn = render(frame._clip, frame, camera, pictures=False, environment=False, layers=True)
+    height, width = drawn.depth.shape
+    column, row = _pixels(view.project(mesh.positions))
+    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    nearest = drawn.depth[row.clip(0, height - 1), column.clip(0, width - 1)]
+    depth = view.depth(mesh.positions)
+    # The depth changes within a pixel, and more so where the surface is seen at a grazing angle.
+    width_of_pixel = depth / view.K[0, 0]
+    slack = DEPTH_BIAS * width_of_pixel / _cosines(mesh, view).clip(0.1, 1)
+    return (inside & (depth <= nearest + slack)).astype(numpy.float64)
+
+
+def _cosines(mesh: Mesh, camera: Camera) -> Weights:
+    towards = camera.centre - mesh.positions
+    towards /= numpy.linalg.norm(towards, axis=1, keepdims=True)
+    return numpy.einsum("vk,vk->v", mesh.normals, towards)
+
+
+def _facing(mesh: Mesh, camera: Camera) -> Weights:
+    return ((_cosines(mesh, camera) - THRESHOLD) / (1 - THRESHOLD)).clip(0, 1)
+
+
+def _border(at: Weights, camera: Camera) -> Weights:
+    distance = numpy.minimum(at - 0.5, (camera.width - 0.5, camera.height - 0.5) - at).min(axis=1)
+    return numpy.nan_to_num(distance / BORDER, nan=0.0).clip(0, 1)
+
+
+def _pixels(at: Weights) -> tuple[NDArray[numpy.intp], NDArray[numpy.intp]]:
+    column, row = numpy.floor(numpy.nan_to_num(at, nan=-1.0).clip(-1, 1 << 20)).astype(numpy.intp).T
+    return column, row
+
+
+def _sampled(pixels: NDArray[numpy.uint8], at: Weights) -> Weights:
+    """Bilinear, (vertices, 3)."""
+    height, width = pixels.shape[:2]
+    place = numpy.nan_to_num(at, nan=0.0) - 0.5
+    column = place[:, 0].clip(0, width - 1)
+    row = place[:, 1].clip(0, height - 1)
+    left, top = column.astype(numpy.intp), row.astype(numpy.intp)
+    right, bottom = numpy.minimum(left + 1, width - 1), numpy.minimum(top + 1, height - 1)
+    across, down = (column - left)[:, None], (row - top)[:, None]
+    above = pixels[top, left] * (1 - across) + pixels[top, right] * across
+    below = pixels[bottom, left] * (1 - across) + pixels[bottom, right] * across
+    mixed: Weights = above * (1 - down) + below * down
+    return mixed
+
+
+def _keep_best(weights: Weights) -> None:
+    """Leaves the largest weights of each vertex, less the largest that is not kept, so that cameras come and go smoothly."""
+    if len(weights) <= BEST:
+        return
+    next_best = numpy.sort(weights, axis=0)[-BEST - 1]
+    weights -= next_best
+    numpy.clip(weights, 0, None, out=weights)

@@ -1,0 +1,281 @@
+"""The extension of Blender, as Blender installs it: without windows, by the modules of Python that Blender's makers publish. They are too large
+for tests/requirements.txt: ./run test blender makes environments with the oldest and the newest one.
+
+Pictures of Cycles are compared with those of fvvrender, and kept in FVV_PICTURES if that names a folder."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+
+import numpy
+import pytest
+from conftest import ROOT, tool
+from vectors import path_of
+
+# Blender keeps extensions where its users' settings are.
+os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="fvv-blender-")
+bpy = pytest.importorskip("bpy", reason="bpy is not installed here: ./run test blender")
+sys.path.insert(0, str(ROOT / "bindings/blender"))
+import build as extension  # noqa: E402
+
+PACKAGE = pathlib.Path(os.environ["FVV_PACKAGE"])  # of the build
+IDENTIFIER = "free_viewpoint_video"
+SIZE = (480, 288)
+
+
+def wheel_of(package, folder):
+    """A wheel of the package that was built, as pip makes it."""
+    tag = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    path = folder / f"fvv-0.0.1-{tag}-{tag}-linux_x86_64.whl"
+    texts = {
+        "METADATA": "Metadata-Version: 2.1\nName: fvv\nVersion: 0.0.1\n",
+        "WHEEL": f"Wheel-Version: 1.0\nGenerator: fvv\nRoot-Is-Purelib: false\nTag: {tag}-{tag}-linux_x86_64\n",
+        "RECORD": "",
+    }
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as out:
+        for file in sorted(package.rglob("*")):
+            if file.suffix in (".py", ".so"):
+                out.write(file, f"fvv/{file.relative_to(package)}")
+        for name, text in texts.items():
+            out.writestr(f"fvv-0.0.1.dist-info/{name}", text)
+    return path
+
+
+@pytest.fixture(scope="session")
+def fvv(tmp_path_factory):
+    """The package, from the extension that Blender installed."""
+    folder = tmp_path_factory.mktemp("extension")
+    path = extension.build(wheel_of(PACKAGE, folder), folder)
+    scripts = pathlib.Path(bpy.utils.system_resource("SCRIPTS"))
+    checker = scripts / "addons_core/bl_pkg/cli/blender_ext.py"
+    done = subprocess.run(
+        [sys.executable, checker, "validate", path], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0 and "ERROR" not in done.stdout, done.stdout + done.stderr
+    import addon_utils
+
+    addon_utils.enable("bl_pkg", default_set=True)
+    bpy.ops.extensions.package_install_files(filepath=str(path), repo="user_default", enable_on_install=True)
+    assert f"bl_ext.user_default.{IDENTIFIER}" in [one.module for one in bpy.context.preferences.addons]
+    import fvv
+
+    assert fvv.__file__.startswith(os.environ["BLENDER_USER_RESOURCES"])
+    return fvv
+
+
+@pytest.fixture(scope="session")
+def stream(tmp_path_factory):
+    """12 frames in groups of 5 of a tracked scene: 5 cameras, visibility, colours, sound, surroundings."""
+    folder = tmp_path_factory.mktemp("stream")
+    tool("fvvsynth", "-o", folder / "capture", "--rig", "small", "--cameras", 5, "--size", "480x288", "--frames", 12,
+         "--sound", "--environment")  # fmt: skip
+    tool("fvvmux", folder / "capture/capture.json", "-o", folder / "players.fvv", "--group", 5,
+         "--visibility", "weight", "--colours", "on", "--keep-geometry")  # fmt: skip
+    return folder / "players.fvv"
+
+
+@pytest.fixture
+def scene(fvv):
+    """An empty scene in front of black, that Cycles renders."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    addons = [one.module for one in bpy.context.preferences.addons]
+    if f"bl_ext.user_default.{IDENTIFIER}" not in addons:
+        bpy.ops.preferences.addon_enable(module=f"bl_ext.user_default.{IDENTIFIER}")
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", 16, False
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    scene.render.resolution_percentage = 100
+    scene.world = bpy.data.worlds.new("black")
+    scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
+    return scene
+
+
+def imported(path, **options):
+    """The root of what File > Import makes of a stream."""
+    begin = time.perf_counter()
+    assert bpy.ops.import_scene.fvv(filepath=str(path), **options) == {"FINISHED"}
+    print(f"blender.import_seconds {time.perf_counter() - begin:.3f}")
+    return next(one for one in bpy.data.objects if "fvv_source" in one)
+
+
+def below(root, key):
+    return {one[key]: one for one in root.children if key in one}
+
+
+def rendered(tmp_path, scene, name):
+    """(height, width, 3), 0 to 255."""
+    kept = os.environ.get("FVV_PICTURES")
+    scene.render.filepath = str(pathlib.Path(kept or tmp_path) / f"{name}.png")
+    bpy.ops.render.render(write_still=True)
+    return pixels_of(scene.render.filepath)
+
+
+def pixels_of(path):
+    image = bpy.data.images.load(str(path))
+    width, height = image.size
+    flat = numpy.empty(width * height * 4, numpy.float32)
+    image.pixels.foreach_get(flat)
+    bpy.data.images.remove(image)
+    return (flat.reshape(height, width, 4)[::-1, :, :3] * 255).round()
+
+
+def psnr(a, b):
+    return 10 * numpy.log10(255**2 / ((a - b.astype(float)) ** 2).mean())
+
+
+def positions_of(item):
+    flat = numpy.zeros(3 * len(item.data.vertices), numpy.float32)
+    item.data.vertices.foreach_get("co", flat)
+    return flat.reshape(-1, 3)
+
+
+def test_meshes_follow_the_timeline(fvv, scene, stream):
+    root = imported(stream)
+    assert (scene.frame_start, scene.frame_end, scene.render.fps / scene.render.fps_base) == (1, 12, 25)
+    assert scene.view_settings.view_transform == "Standard"
+    turned = numpy.array(root.matrix_world)[:3, :3]
+    assert (turned @ (0, 1, 0)).round(6).tolist() == [0, 0, 1]
+    with fvv.open(stream) as clip:
+        for number in (8, 1, 12, 40, -3):
+            scene.frame_set(number)
+            mesh = clip[min(max(number - 1, 0), 11)].mesh
+            item = below(root, "fvv_track")[mesh.track]
+            assert (positions_of(item) == mesh.positions).all()
+            assert [list(face.vertices) for face in item.data.polygons[:50]] == mesh.indices[:50].tolist()
+    begin = time.perf_counter()
+    for number in range(1, 13):
+        scene.frame_set(number)
+    print(f"blender.frames_per_s {12 / (time.perf_counter() - begin):.2f}")
+
+
+def test_faces_may_change(fvv, scene):
+    path = path_of("fast_shapes")
+    root = imported(path, first=0)
+    with fvv.open(path) as clip:
+        counts = set()
+        for frame in clip:
+            scene.frame_set(frame.index)
+            data = below(root, "fvv_track")[frame.mesh.track].data
+            counts.add((len(data.vertices), len(data.polygons)))
+            assert (len(data.vertices), len(data.polygons)) == (
+                frame.mesh.vertex_count,
+                frame.mesh.face_count,
+            )
+            if frame.mesh.uvs is not None:
+                uvs = numpy.zeros(6 * frame.mesh.face_count, numpy.float32)
+                data.uv_layers.active.data.foreach_get("uv", uvs)
+                ours = frame.mesh.uvs[frame.mesh.indices].reshape(-1, 2)
+                assert numpy.abs(uvs.reshape(-1, 2) * (1, -1) + (0, 1) - ours).max() < 1e-6
+        assert len(counts) > 1
+
+
+def test_cameras_are_where_they_were(fvv, scene, stream):
+    from bpy_extras.object_utils import world_to_camera_view
+    from mathutils import Vector
+
+    root = imported(stream)
+    axes = numpy.array(root.matrix_world)
+    random = numpy.random.default_rng(1)
+    with fvv.open(stream) as clip:
+        for identifier, camera in clip[0].cameras.items():
+            scene.render.resolution_x, scene.render.resolution_y = camera.width, camera.height
+            aspect = camera.K[0, 0] / camera.K[1, 1]
+            scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(1, 1 / aspect), max(1, aspect)
+            pixels = random.uniform((0, 0), (camera.width, camera.height), (50, 2))
+            points = camera.unproject(pixels, random.uniform(1, 5, 50))
+            world = numpy.hstack([points, numpy.ones((len(points), 1))]) @ axes.T
+            item = below(root, "fvv_camera")[identifier]
+            places = [world_to_camera_view(scene, item, Vector(point[:3])) for point in world]
+            at = numpy.array([(x * camera.width, (1 - y) * camera.height) for x, y, _ in places])
+            assert numpy.abs(at - pixels).max() < 1e-3
+
+
+def test_baked_colours_in_cycles(fvv, scene, stream, tmp_path):
+    root = imported(stream, colours="baked")
+    with fvv.open(stream) as clip:
+        for identifier, number in ((1, 1), (3, 8)):
+            scene.frame_set(number)
+            scene.camera = below(root, "fvv_camera")[identifier]
+            found = rendered(tmp_path, scene, f"baked_{identifier}")
+            expected = fvv.render(clip, number - 1, identifier, samples=3, environment=False)
+            print(f"blender.baked_psnr_db {psnr(found, expected):.2f}")
+            assert psnr(found, expected) > 30
+
+
+def test_an_atlas_is_a_texture(fvv, scene, tmp_path):
+    tool("fvvsynth", "-o", tmp_path / "capture", "--rig", "small", "--cameras", 2, "--size", "480x288", "--frames", 2,
+         "--atlas", "--atlas-size", 1024)  # fmt: skip
+    tool("fvvmux", tmp_path / "capture/capture.json", "-o", tmp_path / "atlas.fvv", "--keep-geometry")
+    root = imported(tmp_path / "atlas.fvv")
+    scene.frame_set(2)
+    scene.camera = below(root, "fvv_camera")[1]
+    found = rendered(tmp_path, scene, "atlas")
+    with fvv.open(tmp_path / "atlas.fvv") as clip:
+        mesh, camera, atlas = clip[1].mesh, clip[1].cameras[1], clip[1].atlas.pixels
+        depth = fvv.render(clip, 1, 1, samples=1, environment=False, layers=True).depth
+    column, row = numpy.floor(camera.project(mesh.positions)).astype(int).T
+    row, column = row.clip(0, SIZE[1] - 1), column.clip(0, SIZE[0] - 1)
+    front = numpy.abs(camera.depth(mesh.positions) - depth[row, column]) < 0.005
+    v, u = (mesh.uvs[:, ::-1] * (numpy.array(atlas.shape[:2]) - 1)).round().astype(int).T
+    wrong = numpy.abs(found[row, column] - atlas[v, u].astype(float))[front]
+    assert front.sum() > 500 and numpy.median(wrong) < 4
+
+
+def test_motion_blur(fvv, scene, stream):
+    scene.render.use_motion_blur = True
+    root = imported(stream)
+    with fvv.open(stream) as clip:
+        meshes = [frame.mesh for frame in clip]
+        same = [
+            (a.indices.shape == b.indices.shape and (a.indices == b.indices).all())
+            for a, b in zip(meshes, meshes[1:])
+        ]
+        middle = next(i for i in range(1, 11) if same[i - 1] and same[i])
+        scene.frame_set(middle + 1)
+        data = below(root, "fvv_track")[meshes[0].track].data
+        flat = numpy.zeros(3 * len(data.vertices), numpy.float32)
+        data.attributes["velocity"].data.foreach_get("vector", flat)
+        expected = (meshes[middle + 1].positions - meshes[middle - 1].positions) / 0.08
+        assert numpy.abs(flat.reshape(-1, 3) - expected).max() < 1e-3
+        assert numpy.abs(expected).max() > 0.1
+
+
+def test_a_saved_file_shows_the_clip_again(fvv, scene, stream, tmp_path):
+    imported(stream)
+    scene.frame_set(3)
+    path = str(tmp_path / "saved.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    bpy.context.scene.frame_set(9)
+    root = next(one for one in bpy.data.objects if "fvv_source" in one)
+    assert len(bpy.app.handlers.frame_change_pre) == 1
+    with fvv.open(stream) as clip:
+        for item in below(root, "fvv_track").values():
+            assert (positions_of(item) == clip[8].mesh.positions).all()
+    for item in [*root.children, root]:
+        bpy.data.objects.remove(item)
+    bpy.context.scene.frame_set(2)
+    assert not bpy.app.handlers.frame_change_pre
+
+
+def test_damage_is_named(fvv, scene, stream, tmp_path):
+    content = bytearray(stream.read_bytes())
+    with fvv.open(stream) as clip:
+        row = next(one for one in clip.chunks() if one["type"] == b"MESH" and one["group"] == 1)
+        content[int(row["offset"]) + 32 + 40] ^= 1
+    (tmp_path / "broken.fvv").write_bytes(content)
+    root = imported(tmp_path / "broken.fvv")
+    scene.frame_set(6)
+    assert "MESH" in root["fvv_problem"]
+    assert all(not one.data.vertices for one in below(root, "fvv_track").values())
+    scene.frame_set(2)
+    assert "fvv_problem" not in root
+    (tmp_path / "cut.fvv").write_bytes(content[:30])
+    with pytest.raises(RuntimeError, match="cut.fvv"):
+        bpy.ops.import_scene.fvv(filepath=str(tmp_path / "cut.fvv"))
