@@ -23,8 +23,10 @@ def commands():
     build, decoder = build_folder(), ROOT / "js/decoder/dist/core.wasm.js"
     package = build / "bindings/python"
     native = build / "conformance/fvv_conformance_libfvv"
+    drawing = build / "conformance/view/fvv_conformance_view"
     return {
         "libfvv": (str(native), native),
+        "view": (str(drawing), drawing),
         "wasm": (f"node {ADAPTERS / 'js/node.mjs'}", decoder),
         "python": (f"{with_path(package)} {ADAPTERS / 'python_package.py'}", package / "fvv"),
         "reference": (f"{with_path(ROOT / 'conformance')} -m reference", ROOT / "conformance/reference"),

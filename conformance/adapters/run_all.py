@@ -15,7 +15,7 @@ from fvv_conformance.command import Progress, print_sweep  # noqa: E402
 from fvv_conformance.decoder import Decoder  # noqa: E402
 from kaitai import compare as kaitai  # noqa: E402
 
-DECODERS = ("libfvv", "wasm", "python", "reference", "chromium", "firefox")
+DECODERS = ("libfvv", "wasm", "python", "reference", "view", "chromium", "firefox")
 #: Browsers decode with the code of "wasm" and take ten times as long: they are compared with cases alone.
 SWEPT = ("libfvv", "wasm", "python", "reference")
 

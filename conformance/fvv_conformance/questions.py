@@ -1,7 +1,12 @@
 """Questions on one frame (PROTOCOL.md): expected.json has some with their answers, which are numbers, compared to a tolerance."""
 
 #: By operation, which is also the part that offers it: the field of the answer, and by how much a number of it may differ.
-ANSWERS = {"project": ("pixels", 1e-6), "unproject": ("rays", 1e-7)}
+ANSWERS = {"project": ("pixels", 1e-6), "unproject": ("rays", 1e-7), "weigh": ("weights", 1e-5)}
+
+
+def only_questions(parts):
+    """Whether a program, such as a renderer, reports nothing of a stream."""
+    return bool(parts) and set(parts) <= {*ANSWERS, "render"}
 
 
 def questions_of(case, parts):
@@ -26,6 +31,10 @@ def comparable(op, value):
 def row_differences(op, wanted, found, tolerance):
     if wanted is None or found is None:
         return [] if wanted == found else [f"is {found}, expected {wanted}"]
+    if op == "weigh":
+        # A camera that is not named has the weight 0.
+        cameras = sorted(wanted.keys() | found.keys())
+        wanted, found = ([row.get(camera, 0) for camera in cameras] for row in (wanted, found))
     pairs = list(zip(comparable(op, wanted), comparable(op, found), strict=True))
     if all(abs(a - b) <= tolerance * max(1.0, abs(a)) for a, b in pairs):
         return []
@@ -48,7 +57,7 @@ def answer_differences(question, answer):
     for i, (a, b) in enumerate(zip(wanted, found)):
         try:
             lines = row_differences(op, a, b, tolerance)
-        except (TypeError, ValueError, ZeroDivisionError):
+        except (AttributeError, TypeError, ValueError, ZeroDivisionError):
             lines = [f"is {b}, which has not the form of {a}"]
         out += [f"{where}: {field}/{i} {line}" for line in lines]
     return out

@@ -8,7 +8,7 @@ from . import FORMAT
 from .cases import TIERS
 from .compare import describe_differences
 from .decoder import Decoder
-from .questions import answer_differences, not_offered, questions_of, request_of
+from .questions import answer_differences, not_offered, only_questions, questions_of, request_of
 
 
 class Outcome(NamedTuple):
@@ -43,7 +43,10 @@ class Tested(NamedTuple):
 
 
 def ways_of(case, parts):
-    """The requests for a report of a case: as a file, and pushed from front to back where the decoder can."""
+    """The requests for a report of a case: as a file, and pushed from front to back where the decoder can. A program that has only
+    questions gets no such request."""
+    if only_questions(parts):
+        return
     yield {"path": str(case.path)}
     if "live" in parts:
         yield {"path": str(case.path), "live": True}
@@ -67,11 +70,14 @@ def judge(case, answers, parts):
 
 
 def test_cases(decoder, cases, on_step):
-    """Yields an Outcome for each case, in order."""
+    """Yields an Outcome for each case that the decoder is asked something of, in order."""
     asked = {case.name: list(requests_for(case, decoder.parts)) for case in cases}
     answers = decoder.decode_all(request for case in cases for request in asked[case.name])
     start = time.monotonic()
     for case in cases:
+        if not asked[case.name]:
+            on_step()
+            continue
         found = [next(answers) for _ in asked[case.name]]
         now = time.monotonic()
         yield Outcome(case.name, now - start, judge(case, found, decoder.parts))
@@ -97,7 +103,7 @@ def test_decoder(command, cases, jobs, timeout, on_step=lambda: None):
         done = list(pool.map(work, slices(cases, max(1, min(jobs, len(cases))))))
     decoder = done[0][0]
     outcomes = {outcome.case: outcome for _, some in done for outcome in some}
-    ordered = [outcomes[case.name] for case in cases]
+    ordered = [outcomes[case.name] for case in cases if case.name in outcomes]
     seconds = time.monotonic() - start
     skipped = tuple(not_offered(cases, decoder.parts))
     parts = sorted(decoder.parts)

@@ -44,6 +44,12 @@ def test_agreement(name):
     assert len(tested.outcomes) == len(found) >= len(CASES) - 1
 
 
+def test_what_draws_weighs_cameras_as_the_cases_do():
+    tested = running.test_decoder(command_of("view"), CASES, jobs=1, timeout=60)
+    assert [(o.case, o.differences[:3]) for o in tested.outcomes if o.differences] == []
+    assert {o.case for o in tested.outcomes} == {c.name for c in CASES if c.name.startswith("valid/weights_")}
+
+
 @pytest.mark.parametrize("name", SAMPLES)
 def test_damage(name):
     found = adapters.cases_for(name, CASES)

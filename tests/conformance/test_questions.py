@@ -7,10 +7,11 @@ import numpy
 import pytest
 from fvv_conformance import cases, outputs, running
 from fvv_conformance.questions import answer_differences, not_offered, questions_of, request_of
-from reference import projection, questions
+from reference import projection, questions, texturing
 from reference.decode.lens import FISHEYE, RADTAN, radius
 
 CASES = cases.load(cases.default_folder(), ["projection_*"])
+WEIGHTS = cases.load(cases.default_folder(), ["weights_*"])
 K = numpy.array([[500.0, 0, 320], [0, 480, 240], [0, 0, 1]])
 POSE = (1.0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0)
 
@@ -44,19 +45,19 @@ def test_the_reference_projects_as_opencv_does(lens):
     assert compared > 50
 
 
-def differences(parts=questions.ANSWERS):
+def differences(wanted=CASES):
     """By case, what the reference decoder answers wrongly."""
     out = {}
-    for case in CASES:
-        for row in questions_of(case, parts):
+    for case in wanted:
+        for row in questions_of(case, questions.ANSWERS):
             answer = questions.ANSWERS[row["op"]](case.content, request_of(case, row))
             out.setdefault(case.name, []).extend(answer_differences(row, answer))
     return out
 
 
 def test_the_reference_answers_every_question():
-    found = differences()
-    assert len(found) == len(CASES) >= 7
+    found = differences(CASES + WEIGHTS)
+    assert len(found) == len(CASES) + len(WEIGHTS) >= 19
     assert not any(found.values())
 
 
@@ -76,6 +77,46 @@ def test_a_coefficient_that_is_ignored_or_of_the_wrong_sign_is_found(monkeypatch
     assert ("valid/projection_fisheye_each" in found) == (index < 4)
 
 
+def rules():
+    """Changes of the rule of clause 17.5, each with a case that shows it."""
+
+    def of_sight(**changes):
+        def change(weight_of):
+            return lambda rule, sight: weight_of(
+                rule, sight._replace(**{name: make(sight) for name, make in changes.items()})
+            )
+
+        return change
+
+    def of_rule(**changes):
+        return lambda weight_of: lambda rule, sight: weight_of(rule._replace(**changes), sight)
+
+    return {
+        "without the border of tiles": (of_sight(border=lambda s: 100.0), "default"),
+        "a border of 7.5 pixels": (of_sight(border=lambda s: s.border + s.border / 15), "default"),
+        "without the viewer": (of_sight(direction=lambda s: 0.0), "default"),
+        "without visibility": (of_sight(seen=lambda s: 255.0), "visibility"),
+        "visibility is all or none": (of_sight(seen=lambda s: 255.0 * (s.seen >= 127.5)), "visibility"),
+        "visibility from 128 on": (of_sight(seen=lambda s: 0.0 if s.seen < 170 else s.seen), "blend_1"),
+        "the default threshold": (of_rule(threshold=0.05), "threshold"),
+        "the other blend": (of_rule(blend=0), "blend_1"),
+    }
+
+
+@pytest.mark.parametrize("name", rules())
+def test_another_rule_for_weights_is_found(monkeypatch, name):
+    change, case = rules()[name]
+    monkeypatch.setattr(texturing, "weight_of", change(texturing.weight_of))
+    wanted = [one for one in WEIGHTS if one.name == f"valid/weights_{case}"]
+    assert any(differences(wanted).values())
+
+
+def test_a_place_of_pictures_without_the_inset_is_found(monkeypatch):
+    monkeypatch.setattr(texturing, "place", lambda rule, point, normal, viewer: point)
+    wanted = [one for one in WEIGHTS if one.name == "valid/weights_inset"]
+    assert any(differences(wanted).values())
+
+
 def test_answers_of_another_form_are_differences():
     row = {"op": "project", "frame": 0, "camera": 1, "points": [[0, 0, 1]] * 2, "pixels": [[1.0, 2.0], None]}
     assert answer_differences(row, {"pixels": [[1.0, 2.0000001], None]}) == []
@@ -83,9 +124,20 @@ def test_answers_of_another_form_are_differences():
     for wrong in ([[1.0, 2.0]], [None, None], [[1.0, 2.0], [3.0, 4.0]], [[1.0], None], ["a", None], None):
         assert answer_differences(row, {"pixels": wrong}), wrong
     assert answer_differences(row, "died")
+    weights = {"op": "weigh", "frame": 0, "mesh": 1, "places": [{}], "weights": [{"3": 0.25, "5": 0.75}]}
+    assert answer_differences(weights, {"weights": [{"3": 0.25, "5": 0.75, "6": 0}]}) == []
+    assert answer_differences(weights, {"weights": [{"3": 0.25, "6": 0.75}]})
+    assert answer_differences(weights, {"weights": [[0.25, 0.75]]})
     ray = {"op": "unproject", "frame": 0, "camera": 1, "pixels": [[1, 2]], "rays": [[0.5, 0.25, 1.0]]}
     assert answer_differences(ray, {"rays": [[1.0, 0.5, 2.0]]}) == []
     assert answer_differences(ray, {"rays": [[0.5, 0.25, 0]]})
+
+
+def test_a_program_without_reports_is_asked_its_questions_alone():
+    case = WEIGHTS[0]
+    assert [r["op"] for r in running.requests_for(case, {"weigh", "render"})] == ["weigh"]
+    assert list(running.requests_for(CASES[0], {"weigh"})) == []
+    assert [r.get("op") for r in running.requests_for(case, {"mesh", "weigh"})] == [None, "weigh"]
 
 
 def test_what_a_decoder_does_not_offer_is_printed(capsys):

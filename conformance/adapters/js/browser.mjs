@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { serve as servePages } from "../../../js/decoder/test/server.mjs";
 import { missingBrowser, openBrowser } from "../../../js/testing/browser.mjs";
 import { serve } from "./protocol.mjs";
-import { questions } from "./questions.mjs";
+import { ofDecoder } from "./questions.mjs";
 import { parts } from "./report.mjs";
 
 const name = process.argv[2] ?? "chromium";
@@ -22,7 +22,7 @@ const page = await browser.newPage(`${server.url}/adapter/page.html`);
 await page.waitForFunction(() => window.decode);
 const base64Of = (bytes) => Buffer.from(bytes).toString("base64");
 await serve(
-  { name, version, format: "0.2", parts: [...parts, ...questions] },
+  { name, version, format: "0.2", parts: [...parts, ...Object.keys(ofDecoder)] },
   (bytes, live) => page.evaluate((base64, isLive) => window.decode(base64, isLive), base64Of(bytes), live),
   (bytes, request) => page.evaluate((base64, asked) => window.ask(base64, asked), base64Of(bytes), request),
 );

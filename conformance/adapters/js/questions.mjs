@@ -11,13 +11,11 @@ function unproject(frame, { camera, pixels }) {
   return { rays: pixels.map((pixel) => found.unproject(...pixel)) };
 }
 
-const answers = { project, unproject };
+/** What the decoder has an answer to. */
+export const ofDecoder = { project, unproject };
 
-/** The operations that this adapter offers. */
-export const questions = Object.keys(answers);
-
-/** createDecoder: of @fvv/decoder. options: for createDecoder. */
-export async function answerTo(createDecoder, source, request, options = {}) {
+/** answers: functions of a frame and a request, by operation. createDecoder: of @fvv/decoder. options: for createDecoder. */
+export async function answerTo(answers, createDecoder, source, request, options = {}) {
   const decoder = await createDecoder({ source, video: "encoded", sound: "encoded", rung: 0, ...options });
   try {
     for (let number = 0; ; number++) {

@@ -33,13 +33,25 @@ export interface Pick {
   object: number | null;
   /** Identifiers of the objects that the piece is, where they are several that touch. */
   touching: number[];
-  /** Identifier of the camera that gives most of the colour there, for a viewer at the origin of the ray (clause 17.5); null:
-   * none shows it. Whether something hides the point is found on the meshes. */
+  /** Identifier of the camera that gives most of the colour there, for a viewer at the origin of the ray: the first of
+   * weightsAt; null: none shows it. */
   camera: number | null;
 }
 
 /** What a ray meets first of the meshes of a frame; null: nothing. The first pick of a mesh builds its hierarchy. */
 export function pick(frame: Frame, ray: Ray): Pick | null;
+
+/**
+ * The cameras that colour a place of the surface for a viewer, the largest weight first; together 1, or none: no camera shows
+ * it. By the rule of clause 17.5 with the texturing of the stream. Whether something hides the place is what the visibility
+ * weights of the stream say, or, for a camera without, is found on the meshes. normal: of unit length; players interpolate those
+ * of the vertices. eye: in the coordinates of the stream.
+ */
+export function weightsAt(
+  frame: Frame,
+  place: { track: number; face: number; barycentric: readonly number[]; normal: readonly number[] },
+  eye: readonly number[],
+): { camera: number; weight: number }[];
 
 /** The ray through a place of a picture, in pixels with centres at +0.5. view: as viewFromPose of @fvv/player makes it, or a camera, whose lens is ignored. */
 export function rayThrough(

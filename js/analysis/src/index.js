@@ -1,5 +1,6 @@
 // @fvv/analysis: what is where in a frame of @fvv/decoder. index.d.ts documents the types.
 
+export { weightsAt } from "./camera_weights.js";
 export {
   angle,
   centreOf,

@@ -4,8 +4,9 @@
 import { add, dot, length, scale, subtract, unit } from "@fvv/shading";
 
 import { metadataOf, piecesOfFrame } from "./objects.js";
-import { pixelOf, treeOf } from "./pick.js";
+import { pixelOf } from "./camera_weights.js";
 import { originOf } from "./pieces.js";
+import { treeOf } from "./surface_tree.js";
 
 /** Where a ray runs along the surface, a shift of that moves what it meets by so much more, but not without end. */
 const LEAST_FACING = 0.15;

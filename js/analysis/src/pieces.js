@@ -5,6 +5,15 @@ import { pointsOf } from "@fvv/shading";
 /** What the local positions of a mesh count from. */
 export const originOf = ({ origin }) => origin ?? [0, 0, 0];
 
+/** The corners of a face, which count from the mesh's origin. */
+export function cornersOf(mesh, face) {
+  const points = pointsOf(mesh);
+  return [0, 1, 2].map((k) => {
+    const v = 3 * mesh.faces[3 * face + k];
+    return [points[v], points[v + 1], points[v + 2]];
+  });
+}
+
 /** For each vertex the first one at the same place. */
 function firstAlike(points) {
   const count = points.length / 3;

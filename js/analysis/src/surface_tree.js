@@ -2,6 +2,8 @@
 // quick: triangles are sorted along the Morton curve, and the boxes of the sorted list form a complete binary tree. A tree by
 // the surface area heuristic takes five times as long to build, and rays are not what takes time here.
 
+import { pointsOf } from "@fvv/shading";
+
 /** Triangles in a box of the lowest level. */
 const LEAF = 4;
 /** Bits of the Morton code per axis; the sort takes as many at once. */
@@ -221,4 +223,13 @@ export class SurfaceTree {
       found.v = v;
     }
   }
+}
+
+const trees = new WeakMap();
+
+/** The hierarchy of a mesh, built by the first call. Its points count from the mesh's origin. */
+export function treeOf(mesh) {
+  let tree = trees.get(mesh);
+  if (!tree) trees.set(mesh, (tree = new SurfaceTree(pointsOf(mesh), mesh.faces)));
+  return tree;
 }

@@ -25,13 +25,17 @@ export function frameOf(cases, names, metadata = []) {
       faceCount: faces.length,
     };
   });
-  const tile = ({ id, width, height }) => ({ camera: id, source: { width, height }, destination: { width, height } });
+  const tile = ({ id, width, height }) => {
+    const whole = { x: 0, y: 0, width, height };
+    return { camera: id, source: whole, destination: whole };
+  };
   return {
     time: 7n,
     number: 2,
     meshes,
     mesh: meshes[0],
     cameras,
+    visibility: [],
     configuration: { videos: [{ track: 9 }], texturing: cases.texturing, metadata, upAxis: "y" },
     tiles: () => cameras.map(tile),
   };

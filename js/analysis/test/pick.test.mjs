@@ -40,11 +40,12 @@ for (const { name, meshes, ray, expected } of cases.picks)
 test("a camera whose picture is not sent, or that is not calibrated, is not reported", () => {
   const [{ ray }] = cases.picks;
   const frame = frameOf(["box"]);
-  assert.equal(pick({ ...frame, tiles: () => [{ camera: 9 }] }, ray).camera, null);
+  const other = frame.tiles().filter(({ camera }) => camera === 9);
+  assert.equal(pick({ ...frame, tiles: () => other }, ray).camera, null);
   const away = cameras.map((camera) => ({ ...camera, calibrated: camera.id !== 3 }));
   assert.equal(pick({ ...frame, cameras: away }, ray).camera, null);
-  const narrow = cameras.map((camera) => ({ ...camera, width: 10 }));
-  assert.equal(pick({ ...frame, cameras: narrow }, ray).camera, null);
+  const narrow = frame.tiles().map((tile) => ({ ...tile, source: { ...tile.source, width: 10 } }));
+  assert.equal(pick({ ...frame, tiles: () => narrow }, ray).camera, null);
 });
 
 test("a ray without a direction is refused", () => {

@@ -68,6 +68,7 @@ export class Replication {
 /** Of the rule by which cameras are mixed; see src/camera_rule.js. */
 export const APART: number;
 export const FADE: number;
+export const BORDER: number;
 /** Texels per pixel from which on levels above the first are used. */
 export const SHARP: number;
 /** Levels of the texture of pictures; level 0 is the pictures as they are. */
@@ -105,7 +106,8 @@ export function normalise(a: readonly number[], otherwise?: readonly number[]): 
 export function unit(a: readonly number[]): Vector3 | null;
 /**
  * The parts of the colour of a point that cameras give, by the rule of the shaders, the largest first; together 1, or none.
- * camera: index in centres, of cameras that show the point. Visibility weights and the borders of pictures are left out.
+ * camera: index in centres, of cameras that show the point; factorOf(index): how much of its weight is left by its visibility
+ * weight and the border of its tile, 0 to 1; 1 if it is not given.
  */
 export function partsAt(
   point: readonly number[],
@@ -113,7 +115,12 @@ export function partsAt(
   centres: readonly (readonly number[])[],
   eye: readonly number[],
   rule: { blend: "viewer" | "paper"; threshold: number; best: number },
+  factorOf?: (camera: number) => number,
 ): { camera: number; part: number }[];
+/** What an interpolated visibility weight, 0 to 255, leaves of a camera's weight, 0 to 1. */
+export function visibilityFactor(blend: "viewer" | "paper", seen: number): number;
+/** What this many pixels of a tile inside its usable border leave of its camera's weight, 0 to 1. */
+export function borderFactor(blend: "viewer" | "paper", inside: number): number;
 /** Defines of projection and blending for a frame's views, after their depth maps have been placed. */
 export function definesOf(views: readonly View[]): { LENSES: 0 | 1 | 2; VIEW_BLOCKS: number; DEPTHS?: 1 };
 export function viewsOf(frame: Frame, places: Map<number, { x: number; y: number }>): View[];

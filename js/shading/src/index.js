@@ -1,6 +1,6 @@
 // @fvv/shading: what WebGL 2 players of fvv have in common. index.d.ts documents the types.
 
-export { APART, FADE, partsAt } from "./camera_rule.js";
+export { APART, BORDER, borderFactor, FADE, partsAt, visibilityFactor } from "./camera_rule.js";
 export { DepthPlan, depthSizes } from "./depth_plan.js";
 export { copyFragment, planesFragment, replicatedFragment, replicationFragment } from "./glsl/pictures.js";
 export { blending, depthFragment, depthVertex, projection, visibilityWeightsVertex } from "./glsl/surface.js";

@@ -5,7 +5,7 @@
 // Software rasterisers execute both sides of branches and skip only loops, and are slow with arrays whose index is not
 // constant. Where fragments choose among cameras, branches are selections, and loops over registers are written out.
 
-import { APART, FADE } from "../camera_rule.js";
+import { APART, BORDER, FADE } from "../camera_rule.js";
 import { LEVELS, MAX_BEST, MAX_VIEWS, SHARP } from "../views.js";
 
 /**
@@ -248,7 +248,7 @@ float shows(int view, vec3 point, vec3 shown, vec3 faceNormal, out vec2 at) {
 #ifdef PAPER
   return isThere && inside >= 0.0 ? 1.0 : 0.0;
 #else
-  return isThere ? clamp(inside / 8.0, 0.0, 1.0) : 0.0;
+  return isThere ? clamp(inside / ${BORDER}.0, 0.0, 1.0) : 0.0;
 #endif
 }
 

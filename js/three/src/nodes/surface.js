@@ -2,7 +2,7 @@
 // blending in glsl/surface.js of @fvv/shading, whose names it has, and which says why. What is chosen there by the preprocessor is
 // chosen here when the nodes are made.
 
-import { APART, FADE, LEVELS, SHARP } from "@fvv/shading";
+import { APART, BORDER, FADE, LEVELS, SHARP } from "@fvv/shading";
 import {
   abs,
   attribute,
@@ -135,7 +135,7 @@ class Blending {
     }
     const showing = this.#d.PAPER
       ? select(seen.and(inside.greaterThanEqual(0)), float(1), float(0))
-      : select(seen, clamp(inside.div(8), 0, 1), float(0));
+      : select(seen, clamp(inside.div(BORDER), 0, 1), float(0));
     // A place beyond the lens may be no number, and is not used.
     return { showing: showing.toVar(), at: select(seen, place.xy.add(inTile), vec2(0)).toVar() };
   }
