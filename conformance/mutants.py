@@ -28,7 +28,7 @@ import numpy  # noqa: F401  (loaded once, before the forks)
 from fvv_conformance.cases import default_folder, load
 from fvv_conformance.compare import describe_differences
 from fvv_conformance.questions import answer_differences, questions_of, request_of
-from fvv_conformance.running import ways_of
+from fvv_conformance.running import late_ways_of, ways_of
 
 HERE = pathlib.Path(__file__).resolve().parent
 PACKAGE = HERE / "reference"
@@ -148,6 +148,11 @@ class Suite:
         for way in ways_of(case, parts):
             answer = module.report(self.content[name], bool(way.get("live")))
             yield from describe_differences(case.tier, case.expected, json.loads(json.dumps(answer)), parts)
+        for _ in late_ways_of(case, parts):
+            answer = module.report(self.content[name], True, True)
+            wanted = case.expected["joined"]
+            tier = "valid" if wanted["status"] == "whole" else "faulty"
+            yield from describe_differences(tier, wanted, json.loads(json.dumps(answer)), parts)
         for question in questions_of(case, parts):
             answer = module.ANSWERS[question["op"]](self.content[name], request_of(case, question))
             yield from answer_differences(question, json.loads(json.dumps(answer)))

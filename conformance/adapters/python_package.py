@@ -173,6 +173,26 @@ def report(content, live):
     return out
 
 
+class NoVisibility:
+    """`fvv.Reader` has the visibility of a frame without the tracks of its weights."""
+
+    def arrays(self, frame):
+        return ()
+
+
+def joined(content):
+    """The report of who joins a stream late."""
+    reader = fvv.Reader(join=True, pictures=False)
+    found, issues = [], []
+    for event in [*reader.feed(content), *reader.finish()]:
+        if isinstance(event, fvv.reader.FrameEvent):
+            arrays = frame_arrays(event.frame, NoVisibility())
+            found.append({"time": event.frame.ticks, "arrays": arrays})
+        elif isinstance(event, fvv.reader.Damage):
+            issues.append({"issue": f"FVV-{event.problem.issue}", "offset": event.problem.chunk_offset})
+    return {"status": "damaged" if issues else "whole", "issues": issues, "frames": found}
+
+
 def or_none(row):
     return None if numpy.isnan(row).any() else row.tolist()
 
@@ -194,4 +214,4 @@ QUESTIONS = {"project": project, "unproject": unproject}
 
 if __name__ == "__main__":
     hello = {"name": "fvv for Python", "version": fvv.__version__, "format": "0.2"}
-    serve({**hello, "parts": [*PARTS, *QUESTIONS]}, report, QUESTIONS)
+    serve({**hello, "parts": [*PARTS, "join", *QUESTIONS]}, report, QUESTIONS, joined)

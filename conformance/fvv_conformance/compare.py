@@ -4,6 +4,7 @@
 PARTS = (
     "check",
     "live",
+    "join",
     "mesh",
     "camera",
     "visibility",

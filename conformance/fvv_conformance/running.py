@@ -52,18 +52,30 @@ def ways_of(case, parts):
         yield {"path": str(case.path), "live": True}
 
 
+def late_ways_of(case, parts):
+    """The request for a report as a reader who joined late has it, of cases that expect one."""
+    if "joined" in case.expected and "join" in parts:
+        yield {"path": str(case.path), "live": True, "joined": True}
+
+
 def requests_for(case, parts):
     yield from ways_of(case, parts)
+    yield from late_ways_of(case, parts)
     for question in questions_of(case, parts):
         yield request_of(case, question)
 
 
 def judge(case, answers, parts):
-    ways, differences = len(list(ways_of(case, parts))), []
-    answers, answered = answers[:ways], answers[ways:]
+    ways, late = len(list(ways_of(case, parts))), len(list(late_ways_of(case, parts)))
+    answers, joined, answered = answers[:ways], answers[ways : ways + late], answers[ways + late :]
+    differences = []
     for i, answer in enumerate(answers):
         for line in describe_differences(case.tier, case.expected, answer, parts):
             differences.append(f"live: {line}" if i else line)
+    for answer in joined:
+        expected = case.expected["joined"]
+        tier = "valid" if expected["status"] == "whole" else "faulty"
+        differences += [f"joined: {line}" for line in describe_differences(tier, expected, answer, parts)]
     for question, answer in zip(questions_of(case, parts), answered):
         differences += answer_differences(question, answer)
     return differences
@@ -83,6 +95,12 @@ def test_cases(decoder, cases, on_step):
         yield Outcome(case.name, now - start, judge(case, found, decoder.parts))
         start = now
         on_step()
+
+
+def not_joined(cases, parts):
+    count = sum("joined" in case.expected for case in cases)
+    if count and "join" not in parts:
+        yield f"join: not offered, {count} reports of who joined late are skipped"
 
 
 def slices(items, count):
@@ -105,7 +123,7 @@ def test_decoder(command, cases, jobs, timeout, on_step=lambda: None):
     outcomes = {outcome.case: outcome for _, some in done for outcome in some}
     ordered = [outcomes[case.name] for case in cases if case.name in outcomes]
     seconds = time.monotonic() - start
-    skipped = tuple(not_offered(cases, decoder.parts))
+    skipped = (*not_joined(cases, decoder.parts), *not_offered(cases, decoder.parts))
     parts = sorted(decoder.parts)
     return Tested(decoder.name, decoder.version, decoder.format, parts, ordered, seconds, skipped)
 

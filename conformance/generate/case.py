@@ -25,7 +25,8 @@ STOPPED = {2205, 4002}
 
 class Case(NamedTuple):
     """make: returns a writer.Stream or bytes. refused: nothing after the fault is read, although the rule's number allows it.
-    limits: it is beyond the limits that every reader supports (clause 13). questions: requests on single frames (PROTOCOL.md)."""
+    limits: it is beyond the limits that every reader supports (clause 13). questions: requests on single frames (PROTOCOL.md).
+    joined: the status for a reader that joined late."""
 
     tier: str
     name: str
@@ -39,6 +40,7 @@ class Case(NamedTuple):
     source: str = ""
     limits: bool = False
     questions: tuple = ()
+    joined: str = ""
 
 
 _cases = {}
@@ -68,6 +70,7 @@ def valid(
     source="",
     limits=False,
     questions=(),
+    joined="",
 ):
     """A stream without fault. rules: those whose limit it reaches; requirements: those on programs that it shows."""
     add(
@@ -82,11 +85,12 @@ def valid(
             source=source,
             limits=limits,
             questions=tuple(questions),
+            joined=joined,
         )
     )
 
 
-def faulty(name, title, clauses, make, *, needs_check=False, refused=False):
+def faulty(name, title, clauses, make, *, needs_check=False, refused=False, joined=""):
     """A stream with one fault, which its writer.Stream states. needs_check: decoding alone does not meet it."""
     add(
         Case(
@@ -99,6 +103,7 @@ def faulty(name, title, clauses, make, *, needs_check=False, refused=False):
             make,
             needs_check=needs_check,
             refused=refused,
+            joined=joined,
         )
     )
 
@@ -147,6 +152,14 @@ def required(data, fault):
     return out
 
 
+def found_by_who_joined(case, data):
+    """The report for a caller who says that it joined late."""
+    found = report(data, live=True, joined=True)
+    if found["status"] != case.joined:
+        raise ValueError(f"{case.tier}/{case.name}: {found['status']} for who joined late")
+    return {part: found[part] for part in ("status", "issues", "frames", "sounds", "environment")}
+
+
 def rounded(value):
     """An answer without the digits in which the functions of the C libraries of two machines may differ."""
     if isinstance(value, dict):
@@ -172,6 +185,8 @@ def expectation(case, data, fault):
         # Without a footer only a reader from front to back finds an index.
         del found["summary"]["indexed"]
     out |= {part: found[part] for part in ("frames", "sounds", "environment", "summary")}
+    if case.joined:
+        out["joined"] = found_by_who_joined(case, data)
     if case.questions:
         out["questions"] = [q | rounded(questions.ANSWERS[q["op"]](data, q)) for q in case.questions]
     if fault and not refused and (times := required(data, fault)):

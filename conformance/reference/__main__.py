@@ -9,7 +9,18 @@ from .container import DATA
 from .decoder import report
 from .questions import ANSWERS
 
-PARTS = ["check", "mesh", "camera", "visibility", "colours", "video", "sound", "environment", *ANSWERS]
+PARTS = [
+    "check",
+    "mesh",
+    "camera",
+    "visibility",
+    "colours",
+    "video",
+    "sound",
+    "environment",
+    "join",
+    *ANSWERS,
+]
 
 
 def hello():
@@ -27,7 +38,10 @@ def content_of(request):
 def answer(request):
     """A report of a stream, or the answer to a question on one of its frames."""
     data, op = content_of(request), request["op"]
-    found = ANSWERS[op](data, request) if op in ANSWERS else report(data, bool(request.get("live")))
+    if op in ANSWERS:
+        found = ANSWERS[op](data, request)
+    else:
+        found = report(data, bool(request.get("live")), bool(request.get("joined")))
     return {"id": request.get("id"), **found}
 
 

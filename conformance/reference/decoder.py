@@ -38,8 +38,8 @@ class Reader:
 
     group_type = Group
 
-    def __init__(self, data, blocks):
-        self.data = data
+    def __init__(self, data, blocks, joined=False):
+        self.data, self.joined = data, joined
         self.issues, self.refused = [], False
         self.place, self.counter, self.suppressed, self.damaged, self.loss = (
             "start",
@@ -284,7 +284,8 @@ class Reader:
         if broken:
             group.damage()
         loss, self.loss = self.loss, False
-        expected = 0 if self.sequence is None else self.sequence + 1
+        first = sequence if self.joined else 0
+        expected = first if self.sequence is None else self.sequence + 1
         last_end, self.sequence, self.last_end = self.last_end, sequence, end
         try:
             demand(start < end and start == chunk.time, 1206, f"from {start} to {end}")
@@ -459,17 +460,19 @@ def sound_of(parts):
     }
 
 
-def report(data, live=False):
-    """The decode report of a stream. live: nothing that comes later serves what came before."""
+def report(data, live=False, joined=False):
+    """The decode report of a stream. live: nothing that comes later serves what came before. joined: the caller joined it late."""
+    if joined:
+        return read(bytes(data), {}, joined=True).results()
     reader = read(bytes(data), {})
     if not live and any(group.block is None and group.digest in reader.blocks for group in reader.groups):
         reader = read(bytes(data), reader.blocks)  # a repetition after the group serves it
     return reader.results()
 
 
-def read(data, blocks, reader_type=Reader):
+def read(data, blocks, reader_type=Reader, joined=False):
     """A Reader that has read a stream. blocks: configuration blocks by digest that are known before."""
-    reader = reader_type(data, blocks)
+    reader = reader_type(data, blocks, joined)
     try:
         reader.run_through()
     except Refused:

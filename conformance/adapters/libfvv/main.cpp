@@ -40,6 +40,7 @@ json hello() {
   const std::string format = std::to_string(FVV_FORMAT_MAJOR) + "." + std::to_string(FVV_FORMAT_MINOR);
   json parts = {"check",     "mesh",  "camera", "visibility", "colours",
                 "texturing", "video", "sound",  "environment"};
+  parts.push_back("join");
   for (const std::string &op : fvv::conformance::questions()) parts.push_back(op);
   return {
       {"protocol", 1}, {"name", "libfvv"}, {"version", fvv_version()}, {"format", format}, {"parts", parts}};
@@ -49,6 +50,8 @@ json answer(const json &request) {
   const std::string op = request.at("op");
   const std::vector<std::string> asked = fvv::conformance::questions();
   if (op == "hello") return hello();
+  if (op == "decode" && request.value("joined", false))
+    return fvv::conformance::joined_report(content_of(request));
   if (op == "decode") return fvv::conformance::report(content_of(request), request.value("live", false));
   if (std::find(asked.begin(), asked.end(), op) != asked.end())
     return fvv::conformance::answer_question(content_of(request), request);

@@ -3,6 +3,8 @@
 #include "arrays.h"
 #include "stream_pointer.h"
 
+#include "fvv/frames.h"
+
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -149,6 +151,64 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
   }
   out["sounds"] = sounds(opened, seen.sound);
   out["environment"] = environments(opened);
+  return out;
+}
+
+namespace {
+
+struct FramesDeleter {
+  void operator()(fvv_frames *frames) const { fvv_frames_destroy(frames); }
+};
+
+// What a reader of whole frames reports of a stream that it joined late.
+struct Late {
+  std::set<int64_t> whole;
+  json issues = json::array();
+  fvv_status status = FVV_OK;
+
+  void take(const fvv_frames_event &event) {
+    if (event.kind == FVV_FRAMES_FRAME) whole.insert(event.time);
+    if (event.kind == FVV_FRAMES_DAMAGE && event.diagnostic.issue)
+      issues.push_back({{"issue", "FVV-" + std::to_string(event.diagnostic.issue)},
+                        {"offset", event.diagnostic.chunk_offset}});
+  }
+};
+
+Late read_late(const std::vector<uint8_t> &bytes) {
+  fvv_frames *created = nullptr;
+  if (fvv_frames_create(nullptr, nullptr, nullptr, &created) != FVV_OK) throw std::bad_alloc();
+  const std::unique_ptr<fvv_frames, FramesDeleter> frames(created);
+  Late late;
+  late.status = fvv_frames_join(created);
+  if (late.status == FVV_OK) late.status = fvv_frames_push(created, bytes.data(), bytes.size());
+  fvv_frames_finish(created);
+  fvv_frames_event event;
+  while (late.status == FVV_OK) {
+    late.status = fvv_frames_next(created, &event, nullptr);
+    if (late.status == FVV_OK) late.take(event);
+  }
+  return late;
+}
+
+} // namespace
+
+json joined_report(const std::vector<uint8_t> &bytes) {
+  const Late late = read_late(bytes);
+  json out = {{"status", late.status < 0       ? "refused"
+                         : late.issues.empty() ? "whole"
+                                               : "damaged"},
+              {"issues", late.issues},
+              {"frames", json::array()},
+              {"sounds", json::object()},
+              {"environment", json::object()}};
+  const fvv_input input = fvv_input_memory(bytes.data(), bytes.size());
+  fvv_stream *opened = nullptr;
+  if (fvv_stream_open(&input, nullptr, nullptr, &opened, nullptr) != FVV_OK) return out;
+  const StreamPointer stream(opened);
+  for (size_t i = 0; i < fvv_stream_frame_count(opened); i++) {
+    const json arrays = frame_arrays(opened, i);
+    if (!arrays.is_null() && late.whole.count(arrays.at("time"))) out["frames"].push_back(arrays);
+  }
   return out;
 }
 
