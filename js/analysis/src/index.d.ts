@@ -1,4 +1,4 @@
-import { Configuration, Frame } from "@fvv/decoder";
+import { Configuration, Frame, Mesh } from "@fvv/decoder";
 
 type Vector = [number, number, number];
 
@@ -66,6 +66,9 @@ export function rayThrough(
   x: number,
   y: number,
 ): { origin: Vector; direction: Vector };
+
+/** The hierarchy of a mesh, built by the first call. Coordinates count from the mesh's origin. */
+export function treeOf(mesh: Mesh): SurfaceTree;
 
 /** The triangles of a mesh, for rays. */
 export class SurfaceTree {

@@ -8,7 +8,7 @@ import { Renderer } from "@fvv/player/renderer";
 import { viewFromCamera, viewFromPose } from "@fvv/player/view";
 import { texturingOf, viewsOf } from "@fvv/shading";
 import { FvvObject3D, lookThrough } from "@fvv/three";
-import { FvvObject3D as NodeObject } from "@fvv/three/webgpu";
+import { FvvClip as NodeClip, FvvObject3D as NodeObject } from "@fvv/three/webgpu";
 import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
 import { WebGPURenderer } from "three/webgpu";
 
@@ -86,6 +86,19 @@ function touch(frame: Frame): number | null {
   return found && found.face;
 }
 
+async function playInScene(src: Blob, renderer: WebGPURenderer, scene: Scene): Promise<number> {
+  const clip = new NodeClip({ src, renderer, loop: true, rung: 0 });
+  scene.add(clip, clip.instance());
+  clip.addEventListener("error", ({ error }) => console.error(error.message));
+  clip.addEventListener("rungchange", ({ rung }) => console.log(rung.reason));
+  // @ts-expect-error no such event
+  clip.addEventListener("click", () => {});
+  const { frameCount } = await clip.ready;
+  clip.volume = 0.5;
+  await clip.seek(1);
+  return frameCount + clip.audio.length;
+}
+
 async function play(source: Blob): Promise<void> {
   const player: FvvPlayer = document.createElement("fvv-player");
   player.srcObject = source;
@@ -97,4 +110,4 @@ async function play(source: Blob): Promise<void> {
   player.addEventListener("timeupdate", () => console.log(player.currentTime, player.stats.framesShown));
 }
 
-export { camerasFor, drawAll, open, play, showInScene, showWithNodes, touch };
+export { camerasFor, drawAll, open, play, playInScene, showInScene, showWithNodes, touch };

@@ -6,8 +6,10 @@ import { DataArrayTexture, DataTexture, Matrix4, Vector2, Vector3, Vector4 } fro
 
 import { ViewTexture, VisibilityWeightTexture } from "./textures.js";
 
-/** Varyings other than visibility weights: point, normal, texture coordinates, colour, and one for three. */
-const OTHER_VARYINGS = 5;
+/** Varyings other than visibility weights: point, normal, texture coordinates, colour, and three's depth, fog and a shadow. */
+const OTHER_VARYINGS = 7;
+/** The part of the colour that a shadow of the page's lamps takes: the pictures have light of other lamps, too. */
+export const SHADOW = 0.5;
 
 const worldToMesh = new Matrix4();
 const bufferSize = new Vector2();

@@ -1,7 +1,9 @@
 import { WebGLRenderer } from "three";
 
+import { ClipObject, ClipSettings } from "./clip.js";
 import { FrameObject, Texturing } from "./object.js";
 
+export { ClipSettings, FvvClipEventMap } from "./clip.js";
 export { Pick, Texturing, lookThrough, pick, rayThrough } from "./object.js";
 
 export interface Options extends Texturing {
@@ -11,4 +13,8 @@ export interface Options extends Texturing {
 
 export class FvvObject3D extends FrameObject {
   constructor(options: Options);
+}
+
+export class FvvClip extends ClipObject {
+  constructor(options: ClipSettings & { renderer: WebGLRenderer });
 }

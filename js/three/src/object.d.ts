@@ -1,4 +1,4 @@
-import { CoordinateSystem, Mesh, Object3D, PerspectiveCamera, Ray } from "three";
+import { CoordinateSystem, Mesh, Object3D, Object3DEventMap, PerspectiveCamera, Ray } from "three";
 import { Pick } from "@fvv/analysis";
 import { Camera, Frame } from "@fvv/decoder";
 
@@ -17,9 +17,10 @@ export interface Texturing {
 
 /**
  * A frame of free-viewpoint video. Its local coordinates are those of the stream, right-handed and in metres; it can be
- * moved, rotated and scaled like any object. Nothing is visible before the first frame.
+ * moved, rotated and scaled like any object. Nothing is visible before the first frame. three's Raycaster meets its mesh: the
+ * nearest point on the ray.
  */
-export abstract class FrameObject extends Object3D {
+export abstract class FrameObject<Events extends Object3DEventMap = Object3DEventMap> extends Object3D<Events> {
   /**
    * Shows the first mesh of a frame with its pictures, cameras, tiles and visibility. Decode with normals and
    * visibility, as by default. The frame has to stay open until the promise is resolved. Clones of pictures that are not planes in
@@ -41,6 +42,13 @@ export abstract class FrameObject extends Object3D {
    * positions count from the mesh's own, which is the origin of the stream's localPositions: (0, 0, 0) near 0.
    */
   readonly mesh: Mesh;
+  /**
+   * Another object that shows what this one shows, for another place: nothing is decoded or uploaded for it again. It has the
+   * coordinates of the stream, and one child, a mesh.
+   */
+  instance(): Object3D;
+  /** Shows nothing until the next frame. */
+  vacate(): void;
   dispose(): void;
 }
 

@@ -94,31 +94,19 @@ class Voice {
 
 /** A track: blocks that may still be needed, and the way of its sound to the device. */
 class Track {
-  #about;
-  #origin = [0, 0, 0];
   #context = null;
-  #input = null; // of the way to the device
-  #panner = null;
+  #way = null; // to the device
   blocks = [];
   voice = null;
 
   constructor(about) {
-    this.#about = about;
+    this.about = about;
   }
 
-  /** scale: length in the scene at which sound has its full volume. origin: what places count from, as the listener's. */
-  connect(context, output, scale, origin) {
+  /** way: {input, place}: where sound goes to, and place(position, at), which moves it at a context time. */
+  connect(context, way) {
     this.#context = context;
-    this.#origin = origin;
-    this.#input = output;
-    if (!this.#about.position && !this.#about.moves) return;
-    this.#panner = new PannerNode(context, {
-      panningModel: "HRTF",
-      distanceModel: "inverse",
-      refDistance: Math.max(scale, 1e-6),
-    });
-    this.#panner.connect(output);
-    this.#input = this.#panner;
+    this.#way = way;
   }
 
   /** from: seconds that were played already. */
@@ -145,7 +133,7 @@ class Track {
       if (this.voice?.next !== first.start) {
         const { rate, channels, start: number, seconds } = first;
         this.stop();
-        this.voice = new Voice(this.#context, this.#input, {
+        this.voice = new Voice(this.#context, this.#way.input, {
           rate,
           channels: channels.length,
           first: number,
@@ -153,8 +141,7 @@ class Track {
           speed: course.rate,
         });
       }
-      if (this.#panner)
-        for (const { position: place, seconds } of joined) if (place) this.#move(place, course.timeOf(seconds));
+      for (const { position: place, seconds } of joined) if (place) this.#way.place(place, course.timeOf(seconds));
       this.voice.send(first.channels.map((_, i) => concatenate(joined.map(({ channels }) => channels[i]))));
     }
   }
@@ -167,16 +154,6 @@ class Track {
       if (blocks.length) return null;
     }
     return blocks.find((block) => block.seconds + lengthOf(block) > position) ?? null;
-  }
-
-  #move(place, at) {
-    const { currentTime } = this.#context;
-    ["positionX", "positionY", "positionZ"].forEach((axis, i) => {
-      const parameter = this.#panner[axis];
-      const value = place[i] - this.#origin[i];
-      if (at > currentTime) parameter.linearRampToValueAtTime(value, at);
-      else parameter.setValueAtTime(value, currentTime);
-    });
   }
 }
 
@@ -192,10 +169,32 @@ function concatenate(parts) {
   return out;
 }
 
+/**
+ * The way to output for a track, at its place if it has one. scale: length in the scene at which sound has its full volume. origin:
+ * what places count from, as the listener's.
+ */
+function wayTo(output, { position, moves }, scale, origin) {
+  if (!position && !moves) return { input: output, place() {} };
+  const { context } = output;
+  const refDistance = Math.max(scale, 1e-6);
+  const panner = new PannerNode(context, { panningModel: "HRTF", distanceModel: "inverse", refDistance });
+  panner.connect(output);
+  const place = (where, at) =>
+    ["positionX", "positionY", "positionZ"].forEach((axis, i) => {
+      const parameter = panner[axis];
+      const value = where[i] - origin[i];
+      if (at > context.currentTime) parameter.linearRampToValueAtTime(value, at);
+      else parameter.setValueAtTime(value, context.currentTime);
+    });
+  return { input: panner, place };
+}
+
 export class Sound {
   #motion;
   #listener;
   #scale;
+  #makeDevice;
+  #device = null;
   #context = null;
   #master = null;
   #tracks = new Map();
@@ -210,17 +209,20 @@ export class Sound {
   #volume = 1;
   #muted = false;
   #changed;
+  #stateChanged = () => this.update();
   #waiting = null; // AbortController of listeners for a gesture of the user
 
   /**
    * motion(): {running, position, rate, begins} of playback at now(), as Playout has it. listener(): {eye, target, up}, or null. scale(): size of the
-   * scene. changed(): whether there is sound has changed.
+   * scene. changed(): whether there is sound has changed. device(): what sound is given to in place of a context of its own, with
+   * listener and scale: {context, wayOf(about) for Track.connect, volume}; called when there is sound to be heard.
    */
-  constructor({ motion, listener, scale, changed }) {
+  constructor({ motion, listener = () => null, scale = () => 1, changed, device = null }) {
     this.#motion = motion;
     this.#listener = listener;
     this.#scale = scale;
     this.#changed = changed;
+    this.#makeDevice = device;
   }
 
   /** Whether the stream has sound. */
@@ -248,7 +250,9 @@ export class Sound {
   }
   #adjust() {
     const { currentTime } = this.#context ?? {};
-    this.#master?.gain.setTargetAtTime(this.#muted ? 0 : this.#volume, currentTime, VOLUME);
+    const volume = this.#muted ? 0 : this.#volume;
+    this.#master?.gain.setTargetAtTime(volume, currentTime, VOLUME);
+    if (this.#device) this.#device.volume = volume;
   }
 
   /** Takes the events of a decoder. */
@@ -287,7 +291,11 @@ export class Sound {
     this.update();
   }
   #connect() {
-    for (const track of this.#tracks.values()) track.connect(this.#context, this.#master, this.#scale(), this.#origin);
+    for (const track of this.#tracks.values()) {
+      const { about } = track;
+      const way = this.#device?.wayOf(about) ?? wayTo(this.#master, about, this.#scale(), this.#origin);
+      track.connect(this.#context, way);
+    }
   }
 
   #take(block) {
@@ -334,10 +342,14 @@ export class Sound {
     }
     const [{ blocks: [{ rate }] = [{}] } = {}] = [...this.#tracks.values()].filter(({ blocks }) => blocks.length);
     if (!rate) return;
-    this.#context = new AudioContext({ sampleRate: rate, latencyHint: "interactive" });
-    this.#context.onstatechange = () => this.update();
-    this.#master = new GainNode(this.#context, { gain: this.#muted ? 0 : this.#volume });
-    this.#master.connect(this.#context.destination);
+    this.#device = this.#makeDevice?.() ?? null;
+    this.#context = this.#device?.context ?? new AudioContext({ sampleRate: rate, latencyHint: "interactive" });
+    this.#context.addEventListener("statechange", this.#stateChanged);
+    if (this.#device) this.#adjust();
+    else {
+      this.#master = new GainNode(this.#context, { gain: this.#muted ? 0 : this.#volume });
+      this.#master.connect(this.#context.destination);
+    }
     this.#connect();
   }
 
@@ -371,7 +383,7 @@ export class Sound {
     this.#tick(motion.running && this.#tracks.size > 0);
     if (!heard) return this.#stop();
     this.#synchronise();
-    this.#place();
+    if (!this.#device) this.#place();
     const { position, rate, begins } = this.#motion();
     const time = this.#heardAt(this.now());
     const off = this.#course ? this.#course.positionAt(time) - position : Infinity;
@@ -428,7 +440,8 @@ export class Sound {
     this.#tick(false);
     this.#waiting?.abort();
     this.#waiting = null;
-    this.#context?.close().catch(() => {});
-    this.#context = this.#master = this.#drift = null;
+    this.#context?.removeEventListener("statechange", this.#stateChanged);
+    if (!this.#device) this.#context?.close().catch(() => {});
+    this.#context = this.#master = this.#device = this.#drift = null;
   }
 }

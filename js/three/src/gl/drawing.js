@@ -1,9 +1,9 @@
 // The material for WebGLRenderer, with the shaders of @fvv/shading.
 
 import { blending, projection, visibilityWeightsVertex } from "@fvv/shading";
-import { DoubleSide, GLSL3, ShaderMaterial } from "three";
+import { DoubleSide, GLSL3, ShaderMaterial, UniformsLib, UniformsUtils } from "three";
 
-import { Drawing, noLayers, noTexture, parametersOf } from "../drawing.js";
+import { Drawing, noLayers, noTexture, parametersOf, SHADOW } from "../drawing.js";
 import { glDepthMaps } from "./depths.js";
 import { PictureTexture } from "./pictures.js";
 
@@ -16,10 +16,10 @@ in vec4 vertexColour;
 out vec3 vColour;
 #endif
 ${visibilityWeightsVertex}
-bool isPerspectiveMatrix(mat4 projection) {
-  return projection[2][3] == -1.0;
-}
+#include <common>
 #include <logdepthbuf_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <fog_pars_vertex>
 void main() {
   vPoint = position;
   vNormal = normal;
@@ -30,8 +30,14 @@ void main() {
   vColour = vertexColour.rgb;
 #endif
   passVisibilityWeights();
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  #include <beginnormal_vertex>
+  #include <defaultnormal_vertex>
+  #include <begin_vertex>
+  #include <project_vertex>
   #include <logdepthbuf_vertex>
+  #include <worldpos_vertex>
+  #include <shadowmap_vertex>
+  #include <fog_vertex>
 }
 `;
 
@@ -48,7 +54,16 @@ const vec3 vColour = vec3(0.0);
 #endif
 layout(location = 0) out highp vec4 outColour;
 #define gl_FragColor outColour
+#include <common>
 #include <logdepthbuf_pars_fragment>
+#include <fog_pars_fragment>
+#ifdef USE_SHADOWMAP
+#include <packing>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <shadowmap_pars_fragment>
+#include <shadowmask_pars_fragment>
+#endif
 ${projection}
 ${blending}
 
@@ -63,8 +78,12 @@ void main() {
 #endif
   // Cameras are mixed as display values; three continues in linear light and converts back at the end.
   outColour = sRGBTransferEOTF(vec4(colour, 1.0));
+#ifdef USE_SHADOWMAP
+  outColour.rgb *= mix(1.0, getShadowMask(), ${SHADOW.toFixed(2)});
+#endif
   #include <tonemapping_fragment>
   #include <colorspace_fragment>
+  #include <fog_fragment>
 }
 `;
 
@@ -74,6 +93,8 @@ export class GlDrawing extends Drawing {
     this.pictures = new PictureTexture();
     this.depths = glDepthMaps(this.geometry, this.views);
     this.uniforms = {
+      // What three sets itself: shadows and fog of the scene.
+      ...UniformsUtils.merge([UniformsLib.lights, UniformsLib.fog]),
       pictures: { value: noTexture },
       views: { value: this.views },
       visibilityWeights: { value: noTexture },
@@ -87,6 +108,8 @@ export class GlDrawing extends Drawing {
       side: DoubleSide,
       // The colours are those of photographs, which have been tone mapped by the camera.
       toneMapped: false,
+      lights: true,
+      fog: true,
       defines: { WEIGHT_TEXELS: 0, BEST: 1 },
       uniforms: this.uniforms,
     });

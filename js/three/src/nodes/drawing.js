@@ -1,15 +1,48 @@
 // The material for WebGPURenderer, in three's shading language.
 
-import { DoubleSide, NodeMaterial, Vector2, WebGPUCoordinateSystem } from "three/webgpu";
-import { texture, uniform } from "three/tsl";
+import { DoubleSide, LightingModel, NodeMaterial, Vector2, WebGPUCoordinateSystem } from "three/webgpu";
+import { diffuseColor, float, mix, texture, uniform } from "three/tsl";
 
-import { Drawing, noLayers, noTexture, parametersOf } from "../drawing.js";
+import { Drawing, noLayers, noTexture, parametersOf, SHADOW } from "../drawing.js";
 import { nodeDepthMaps } from "./depths.js";
 import { NodePictures } from "./pictures.js";
 import { surfaceNode } from "./surface.js";
 
 /** Varyings of WebGPU that every device has, less those that three adds. */
 const MAX_VARYINGS = 15;
+
+/** Lamps of the page give no light, but shadows. */
+class Shaded extends LightingModel {
+  #mask = float(1).toVar("shadowMask");
+
+  direct({ lightNode }) {
+    if (lightNode.shadowNode !== null) this.#mask.mulAssign(lightNode.shadowNode);
+  }
+  finish({ context }) {
+    context.outgoingLight.rgb.assign(diffuseColor.rgb.mul(mix(1, this.#mask, SHADOW)));
+  }
+}
+
+class SurfaceMaterial extends NodeMaterial {
+  static get type() {
+    return "FvvSurfaceMaterial";
+  }
+
+  constructor() {
+    super();
+    this.side = DoubleSide;
+    this.lights = true;
+    this.fog = true;
+  }
+
+  /** Without lamps. */
+  setupOutgoingLight() {
+    return diffuseColor.rgb;
+  }
+  setupLightingModel() {
+    return new Shaded();
+  }
+}
 
 export class NodeDrawing extends Drawing {
   #defines = { WEIGHT_TEXELS: 0, BEST: 1, VIEW_BLOCKS: 1 };
@@ -27,8 +60,7 @@ export class NodeDrawing extends Drawing {
       ...parametersOf((value) => uniform(value)),
     };
     this.depths = nodeDepthMaps(this.geometry, this.uniforms.views, this.#depthRange);
-    this.material = new NodeMaterial();
-    this.material.side = DoubleSide;
+    this.material = new SurfaceMaterial();
   }
 
   get maxVaryings() {
