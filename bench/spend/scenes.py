@@ -6,6 +6,8 @@ from the arc, as in figures.py. A choice may lose 0.1 dB and grow by 5 %, and sa
 ./run bench spend prints the table and the two worst figures.
 """
 
+import pathlib
+
 import numpy as np
 from charts import experiment, views
 
@@ -40,13 +42,28 @@ def empty_in_the_middle(description, folder):
     description["meshes"]["pattern"] = "meshes/%04d.ply"
 
 
+def hulls_at_the_end(hulls):
+    """A change: from the seventh frame on meshes are those of another capture of the same scene."""
+
+    def change(description, folder):
+        source = description["meshes"]["pattern"]
+        (folder / "meshes").mkdir()
+        for frame in range(FRAMES):
+            mesh = pathlib.Path(source % frame) if frame < 6 else hulls / "meshes" / f"{frame:04d}.ply"
+            (folder / "meshes" / f"{frame:04d}.ply").symlink_to(mesh)
+        description["meshes"]["pattern"] = "meshes/%04d.ply"
+
+    return change
+
+
 def scenes():
     """Name to capture, options of fvvmux and how many frames there are to look at."""
 
     def small(name, *options, frames=FRAMES):
         return experiment.capture(f"scene-{name}", "--rig", "small", "--frames", frames, *options)
 
-    plain = small("plain")
+    plain, coarse = small("plain"), small("coarse", "--meshes", "hull", "--hull-cells", 32)
+    unlike = experiment.capture("scene-unlike", "--size", "480x270", "--frames", FRAMES)
     changed = experiment.changed_capture
     return {
         "as it is": (plain, ()),
@@ -57,7 +74,9 @@ def scenes():
         "meshes far off the pictures": (changed(plain, "far-off", far_off), ()),
         "an empty stage in the middle": (changed(plain, "empty", empty_in_the_middle), ()),
         "groups of two frames": (plain, ("--group", "2")),
-        "hulls of 32 cells": (small("coarse", "--meshes", "hull", "--hull-cells", 32), ()),
+        "hulls of 32 cells": (coarse, ()),
+        "exact meshes, then hulls": (changed(plain, "mixed", hulls_at_the_end(coarse)), ("--group", "6")),
+        "thirteen unlike cameras": (unlike, ()),
         "noise of a bad camera": (small("noise", "--noise", 12), ()),
         "exposures two stops apart": (small("exposure", "--exposure", 1), ()),
         "one frame": (small("one", frames=1), ()),
@@ -70,11 +89,14 @@ def looked_at(count, name):
     return (1, 10) if "empty" in name else LOOKED_AT
 
 
-def measure():
+def measure(only=None):
+    """only: names of scenes; all without it."""
     arc, still = views.Arc(FRAMES, (13, 26)), views.Arc(1, (13, 26))
     lost, grown = [], []
     print(f"{'scene':31}{'bytes':>9}{'chosen':>9}{'PSNR dB':>9}{'chosen':>8}  what")
     for name, (capture, options) in scenes().items():
+        if only and name not in only:
+            continue
         count = 1 if name == "one frame" else FRAMES
         before, after = (experiment.packed(capture, *options, *goal) for goal in ((), GOAL))
         seen = [

@@ -82,7 +82,7 @@ class EncodeOptions(TypedDict, total=False):
     #: Send the pictures several times, of which a player takes one, and changes by the bandwidth that it has, best
     #: first: qualities at the full size (42dB,36dB,30dB), which show most for their bytes; factors of the size
     #: (1,0.75,0.5), which also spare players pixels, with a target PSNR that falls by 9 dB per halving; or bits a
-    #: second of each (8M,2M,500k) (docs/encoding/ladder.md).
+    #: second of each (8M,2M,500k); auto: qualities and meshes by what views lose of each (docs/encoding/ladder.md).
 
     tile_fill: Literal["auto", "keep", "flat", "smooth"] | None
     #: Of tiles around the silhouette, where there are masks: keep, flat (its colours for 8 px, then grey), smooth

@@ -125,6 +125,7 @@ struct InsetChoice {
 struct ViewChoice {
   ViewReport report; // without it the other fields mean nothing
   fvv_texturing texturing = {};
+  std::vector<Rung> ladder; // with Options::ladder_by_views
 
   bool on() const { return report.is_measured; }
 };
@@ -239,7 +240,7 @@ struct Plan {
   ErrorBudget error;
   LatticeChoice lattice;
   std::vector<MeshTrack> meshes; // if there are some: of the first rung, and of lower ones in order
-  std::string shares_meshes;     // why no lower rung may have meshes of its own
+  std::string shares_meshes;     // why lower rungs have no meshes of their own to choose
   NormalChoice normals;
   WindingChoice winding;
   uint32_t texture_bits = 0;             // 0: meshes without texture coordinates
@@ -282,6 +283,7 @@ struct Plan {
   // By which the error of meshes is divided. Where pictures stay as large, meshes are seen as well as before,
   // and may err half as much more as those of the size that deserves the quality (docs/encoding/ladder.md).
   double rung_detail(size_t rung) const {
+    if (rung && options.ladder[rung].times) return 1 / options.ladder[rung].times;
     if (!rung || !options.ladder[rung].psnr) return rung_scale(rung);
     return std::exp2((options.ladder[rung].psnr - options.ladder[0].psnr) / (2 * psnr_of_halving));
   }

@@ -12,6 +12,7 @@
 #include "mux/src/crop.h"
 #include "mux/src/environment.h"
 #include "mux/src/ladder/mesh_rungs.h"
+#include "mux/src/ladder/view_rungs.h"
 #include "mux/src/layout.h"
 #include "mux/src/meshes/meshes.h"
 #include "mux/src/options/option_values.h"
@@ -275,6 +276,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
                  const std::vector<EncodedTrack> &encoded, const Options &options, const Observer &observer) {
   Plan plan;
   check_ladder(options);
+  check_view_rungs(options);
   plan.observer = observer;
   plan.options = options;
   if (!options.ladder.empty() && options.ladder[0].bit_rate)
@@ -342,6 +344,12 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   }
   plan.view = choose_by_view_loss(plan, scene, cameras, delta_frames);
   if (plan.view.on()) apply_view_choice(plan, scene, cameras, delta_frames);
+  if (options.ladder_by_views) {
+    plan.options.ladder_by_views = false;
+    plan.options.ladder =
+        plan.view.ladder.empty() ? usual_rungs(plan.options.quality.value) : plan.view.ladder;
+    plan.options.quality = {true, plan.options.ladder[0].psnr};
+  }
   plan.warned = warn_of_lattice(plan) || plan.warned;
   plan.warned = warn_of_tracking(plan) || plan.warned;
   plan.visibility = choose_visibility(plan.options, plan.capture, cameras);

@@ -58,6 +58,7 @@ CASES = {
     ),
     "ladder": ("small", ("--ladder", "1,0.5", "--mesh-ladder", "on", "--max-error", 0.4)),
     "views": ("small", ("--view-loss", "0.1dB")),
+    "rungs": ("small", ("--ladder", "auto")),
     "preset": ("small", ("--preset", "live")),
     # Visibility does not pay, which the first group decides; the rate cannot be kept, which is a warning.
     "starved": ("small", ("--bitrate", "8k", "--max-error", "1mm", "--skip-bad-frames")),

@@ -210,6 +210,34 @@ def test_each_rung_of_qualities_states_what_views_lose(captures, tmp_path):
     assert found["max_error"] < rungs[0]["max_error"] < rungs[1]["max_error"]
 
 
+def test_the_scene_decides_about_rungs(captures, tmp_path):
+    out = "-o", tmp_path / "a.fvv", "--force", "--frames", "0-1"
+    summary = figures("fvvmux", captures / "hull", *out, "--ladder", "auto")
+    found, rungs = summary["view_loss"], summary["ladder"]
+    assert found["goal"] == 0.1 and len(rungs) == 1 + len(found["rungs"]) in (2, 3, 4)
+    losses = [found["loss"]] + [one["loss"] for one in found["rungs"]]
+    assert losses == sorted(losses) and losses[1] > losses[0]
+    qualities = [found["picture_psnr"]] + [one["picture_psnr"] for one in found["rungs"]]
+    assert qualities == sorted(set(qualities), reverse=True)
+    assert all(one["scale"] == 1 for one in rungs)
+    taken = [one["picture_bytes"] + one["meshes"]["bytes"] for one in rungs]
+    assert taken == sorted(taken, reverse=True)
+    # The first one is the stream without a ladder.
+    alone = figures("fvvmux", captures / "hull", *out)
+    assert alone["view_loss"]["picture_psnr"] == qualities[0]
+    assert alone["mesh"]["bytes"] == rungs[0]["meshes"]["bytes"]
+
+
+def test_rungs_that_are_not_measured_are_6_db_apart(captures, tmp_path):
+    out = "-o", tmp_path / "a.fvv", "--force", "--frames", "0-1", "--ladder", "auto"
+    for options in ("--quality", "40dB"), ("--preset", "fast", "--quality", "40dB"):
+        summary = figures("fvvmux", captures / "tracked", *out, *options)
+        reached = [one["tracks"][0]["sample_psnr"] for one in summary["ladder"]]
+        assert reached == pytest.approx([40, 34, 28], abs=0.9)
+    for other in (("--bitrate", "1M"), ("--quality", 24), ("--codec", "exr")):
+        assert "--ladder auto" in run("fvvmux", captures / "tracked", *out, *other, code=2).stderr
+
+
 def test_each_rung_of_sizes_states_what_views_lose(captures, tmp_path):
     out = "-o", tmp_path / "a.fvv", "--frames", "0-1", "--ladder", "1,0.5"
     summary = figures("fvvmux", captures / "tracked", *out)

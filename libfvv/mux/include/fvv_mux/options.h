@@ -41,6 +41,7 @@ struct Rung {
   double scale;          // of pictures, times that of the options; 0 < scale <= 1
   uint64_t bit_rate = 0; // of all video tracks of the rung; 0: by Options::bit_rate, or by quality
   double psnr = 0;       // dB, as Quality::value, of pictures that all have the scale 1; 0: by the scale
+  double times = 0;      // the error of meshes, over that of the first rung; 0: by scale or psnr
 };
 constexpr size_t most_rungs = 8;
 // The rate that a scale deserves is that power of it (docs/encoding/ladder.md).
@@ -134,6 +135,7 @@ struct Options {
   double scale = 1;             // of pictures, 0 < scale <= 1
   double atlas_scale = 1;       // of those of the atlas, likewise
   std::vector<Rung> ladder; // 2 to most_rungs with falling scales or PSNR; empty: every picture is sent once
+  bool ladder_by_views = false; // rungs are chosen by what views lose; ladder is empty
   MeshLadder mesh_ladder = MeshLadder::automatic;
   uint32_t texture_bits = 0; // of texture indices; 0: as the capture says, else libfvv's default
   TileFill tile_fill = TileFill::automatic;

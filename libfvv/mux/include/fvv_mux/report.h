@@ -400,7 +400,7 @@ struct Report : MeshSums {
   uint32_t texture_bits = 0;              // 0: meshes without texture coordinates
   size_t empty_frames = 0;                // at which the stage is empty
   std::vector<LowerMeshes> lower_meshes;
-  std::string shares_meshes; // why no lower rung may have meshes of its own
+  std::string shares_meshes; // why lower rungs have no meshes of their own to choose
 
   TrackBytes calibration; // of cameras that move
   TrackBytes environment_chunks;

@@ -6,6 +6,7 @@
 #include "fvv_render/held_out.h"
 #include "fvv_render/local_origin.h"
 #include "mux/src/choose/choices.h"
+#include "mux/src/ladder/view_rungs.h"
 #include "mux/src/layout.h"
 #include "mux/src/meshes/decoded_meshes.h"
 #include "mux/src/meshes/meshes.h"
@@ -34,6 +35,10 @@ constexpr double most_growth = 1.05; // of the bytes
 constexpr double bytes_of_goal = 0.03;
 constexpr int most_measured = 4; // combinations
 constexpr double exact = 80;     // dB, that only rounding is left
+// Of lower rungs, below the pictures of the first; meshes by their error over that of the first.
+constexpr std::array<double, 4> lower_psnr = {3, 6, 9, 12};
+constexpr std::array<double, 4> coarser_times = {1.25, 1.6, 2, 2.5};
+constexpr double least_lower_psnr = 26; // dB
 // What pays for a way of blending that is not the players' own.
 constexpr double least_blend_gain = 0.02; // dB
 
@@ -574,6 +579,38 @@ std::string obstacle(const Plan &plan) {
                                                 : "";
 }
 
+// The same unit as the plan's.
+MaxError error_of(const Plan &plan, double value) {
+  return {value, !plan.error.is_length        ? MaxError::pixels
+                 : plan.capture.scale_unknown ? MaxError::plain
+                                              : MaxError::metres};
+}
+
+// Qualities below those of the first rung with meshes as fine as its own, and coarser. Errors of meshes and
+// pictures are added up. judge: of any frames.
+std::vector<RungCandidate> try_rungs(const Plan &plan, Trial &trial, const Judge &judge,
+                                     const Judge &of_pictures, const TriedMeshes &first, double first_psnr) {
+  std::vector<RungCandidate> meshes = {{0, 1, first.meshes.bytes, first.error}};
+  const Options &options = plan.options;
+  if (plan.meshes[0].decimation.on && !options.triangles && options.mesh_ladder != MeshLadder::off)
+    for (const double times : coarser_times) {
+      const Meshes coarse = trial.meshes(error_of(plan, first.meshes.max_error * times), first.meshes.step);
+      if (coarse.loses && !first.meshes.loses) break;
+      meshes.push_back({0, times, coarse.bytes, judge.held_out(&coarse, nullptr).luma_error()});
+    }
+  std::vector<RungCandidate> out;
+  for (const double below : lower_psnr) {
+    const double psnr = first_psnr - below;
+    if (psnr < std::min(least_lower_psnr, first_psnr - lower_psnr[0])) break;
+    const Pictures pictures = trial.pictures(psnr);
+    const double error =
+        of_pictures.held_out(nullptr, &pictures).luma_error() - of_pictures.of_source().luma_error();
+    for (const RungCandidate &one : meshes)
+      out.push_back({psnr, one.times, one.bytes + pictures.bytes, one.error + std::max(0.0, error)});
+  }
+  return out;
+}
+
 // With the tracks of a lower rung in place of all.
 Plan rung_alone(const Plan &plan, size_t rung) {
   Plan out = plan;
@@ -630,7 +667,8 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   }
   found.is_measured = true;
   found.frame = trial.first_frame();
-  const PictureCurve curve = try_pictures(plan, trial, Judge(trial, given, 1));
+  const Judge of_pictures(trial, given, 1);
+  const PictureCurve curve = try_pictures(plan, trial, of_pictures);
   const std::vector<TriedMeshes> meshes = try_meshes(plan, trial, judge, curve, found.goal + blend.gain);
   const std::vector<Combination> all = combinations(meshes, curve);
   // Meshes as they would be, and the best pictures that were tried.
@@ -675,22 +713,25 @@ ViewChoice choose_by_view_loss(const Plan &plan, const SampledScene &scene, cons
   found.finest_psnr = judge.of_source().psnr();
   found.finest_ssim = judge.of_source().ssim();
   found.bytes_without = without.bytes;
-  for (size_t rung = 1; rung < plan.rung_count(); rung++) {
-    const double psnr = target_psnr_of(plan, rung, pictures->psnr);
-    const Plan lower = rung_alone(plan, rung);
+  Plan with_rungs = plan;
+  if (options.ladder_by_views && std::isfinite(best.psnr)) {
+    const RungCandidate first = {best.psnr, 1, best.bytes, best.error};
+    const std::vector<Rung> rungs =
+        choose_view_rungs(first, try_rungs(plan, trial, judge, of_pictures, meshes[best.meshes], best.psnr));
+    if (rungs.size() > 1) choice.ladder = with_rungs.options.ladder = rungs;
+  }
+  for (size_t rung = 1; rung < with_rungs.rung_count(); rung++) {
+    const double psnr = target_psnr_of(with_rungs, rung, pictures->psnr);
+    const Plan lower = rung_alone(with_rungs, rung);
     Trial smaller(lower, scene, tiling, delta_frames);
     const Pictures coarse = smaller.pictures(psnr);
     Meshes own = meshes[best.meshes].meshes;
     const bool has_own = plan.meshes[0].decimation.on && plan.options.mesh_ladder != MeshLadder::off;
     if (has_own)
-      own = trial.meshes(MaxError{chosen.max_error / plan.rung_detail(rung),
-                                  !plan.error.is_length        ? MaxError::pixels
-                                  : plan.capture.scale_unknown ? MaxError::plain
-                                                               : MaxError::metres},
-                         chosen.step);
+      own = trial.meshes(error_of(plan, chosen.max_error / with_rungs.rung_detail(rung)), chosen.step);
     const render::ViewScore shown = judge.held_out(smaller.with(&own, &coarse, trial.frame_count()));
     found.rungs.push_back(
-        {plan.rung_scale(rung), psnr, own.max_error, found.psnr_without - shown.psnr() - blend.gain});
+        {with_rungs.rung_scale(rung), psnr, own.max_error, found.psnr_without - shown.psnr() - blend.gain});
   }
   return choice;
 }

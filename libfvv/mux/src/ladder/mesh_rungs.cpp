@@ -44,7 +44,12 @@ void add_mesh_rungs(Plan &plan, const SampledScene &scene, const Tiling &tiling)
   uint16_t next = last_track + 1;
   for (const VideoTrack &track : plan.tracks) next = std::max<uint16_t>(next, uint16_t(track.id + 1));
   const bool wanted = plan.shares_meshes.empty();
+  bool as_fine = false;
   for (size_t rung = 1; rung < plan.rung_count() && wanted; rung++) {
+    if (1 / plan.rung_detail(rung) == plan.meshes.back().times && !forced) {
+      as_fine = true;
+      continue;
+    }
     MeshTrack track = coarser(plan, scene, rung);
     if (!track.decimation.on) { // the errors of lower rungs are larger
       plan.shares_meshes = track.decimation.reason;
@@ -56,6 +61,7 @@ void add_mesh_rungs(Plan &plan, const SampledScene &scene, const Tiling &tiling)
     track.colours = next++;
     plan.meshes.push_back(std::move(track));
   }
+  if (as_fine) plan.shares_meshes = "coarser ones show less than coarser pictures do, for the bytes";
   if (forced && plan.meshes.size() < 2)
     throw Error(option_name("mesh-ladder", "on") +
                     ": no rung can have meshes of its own: " + plan.shares_meshes,

@@ -421,9 +421,20 @@ std::vector<Option> picture_options() {
           "send the pictures several times, of which a player takes one, and changes by the bandwidth "
           "that it has, best first: qualities at the full size (42dB,36dB,30dB), which show most for their "
           "bytes; factors of the size (1,0.75,0.5), which also spare players pixels, with a target PSNR "
-          "that falls by 9 dB per halving; or bits a second of each (8M,2M,500k) (docs/encoding/ladder.md)")
-          .text<&Options::ladder>("str | Sequence[float | str]", "1,0.5", parse_ladder, ladder_text)
-          .brief(pictures, "rungs, for players to choose by bandwidth: 42dB,36dB,30dB"),
+          "that falls by 9 dB per halving; or bits a second of each (8M,2M,500k); auto: qualities and meshes "
+          "by "
+          "what views lose of each (docs/encoding/ladder.md)")
+          .custom(
+              "str | Sequence[float | str]", "1,0.5",
+              [](Options &options, const std::string &text) {
+                options.ladder_by_views = text == "auto";
+                options.ladder.clear();
+                if (!options.ladder_by_views) options.ladder = parse_ladder("ladder", text);
+              },
+              [](const Options &options) {
+                return options.ladder_by_views ? std::string("auto") : ladder_text(options.ladder);
+              })
+          .brief(pictures, "rungs, for players to choose by bandwidth: 42dB,36dB,30dB, or auto"),
       Row("tile-fill", "HOW",
           "of tiles around the silhouette, where there are masks: keep, flat (its colours for 8 px, then "
           "grey), "

@@ -207,7 +207,7 @@ std::string video_tracks_text(uint32_t count) {
 std::vector<Rung> parse_ladder(const std::string &option, const std::string &text) {
   const char *expected =
       "2 to 8 falling scales above 0 and at most 1 (1,0.5,0.25), or falling bits a second from "
-      "1k to 10G (8M,2M,500k), or falling qualities (42dB,36dB,30dB)";
+      "1k to 10G (8M,2M,500k), or falling qualities (42dB,36dB,30dB), or auto";
   std::vector<Rung> scales, qualities;
   std::vector<uint64_t> rates;
   for (const std::string &part : parse_list(text)) {

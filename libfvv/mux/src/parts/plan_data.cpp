@@ -117,7 +117,7 @@ struct Fields {
       bytes);
   }
   template <class A> static void of(A &a, ViewChoice &v) {
-    auto &[report, texturing] = v;
+    auto &[report, texturing, ladder] = v; // the options have the ladder
     a(report, texturing);
   }
   template <class A> static void of(A &a, Tiling &v) {
