@@ -9,11 +9,8 @@ from bpy_extras.io_utils import ImportHelper
 from fvv.interop import blender
 
 COLOURS = (
-    (
-        "auto",
-        "As the Clip Has Them",
-        "The atlas if there is one; else baked from the pictures; else those that were sent",
-    ),
+    ("auto", "Automatic", "The atlas if there is one; by the view of up to 12 cameras; baked from more"),
+    ("view", "By View", "The pictures of the cameras that show the surface best from where it is seen"),
     ("baked", "Baked", "One colour for each vertex, from all cameras that see it"),
     ("sent", "Sent", "The colours of vertices that are in the file, of low resolution"),
 )
@@ -34,6 +31,13 @@ class ImportFvv(bpy.types.Operator, ImportHelper):
         name="Start Frame", default=1, description="Frame of the scene at which the clip begins"
     )
     colours: EnumProperty(name="Colours", items=COLOURS, default="auto")
+    pictures: BoolProperty(
+        name="Pictures of Cameras", default=True, description="As background images of the cameras"
+    )
+    environment: BoolProperty(
+        name="Environment", default=True, description="Surroundings and lights, if there are any"
+    )
+    sound: BoolProperty(name="Sound", default=True, description="As strips of the sequencer")
     exact: BoolProperty(
         name="Colours as Filmed",
         default=True,
@@ -45,9 +49,15 @@ class ImportFvv(bpy.types.Operator, ImportHelper):
         for path in paths:
             try:
                 clip = fvv.open(path)
-                colours = None if self.colours == "auto" else self.colours
-                name = os.path.splitext(os.path.basename(path))[0]
-                shown = blender.load(clip, name, first=self.first, colours=colours)
+                shown = blender.load(
+                    clip,
+                    os.path.splitext(os.path.basename(path))[0],
+                    first=self.first,
+                    colours=None if self.colours == "auto" else self.colours,
+                    pictures=self.pictures,
+                    environment=self.environment,
+                    sound=self.sound,
+                )
             except (fvv.Error, OSError) as error:
                 self.report({"ERROR"}, str(error))
                 return {"CANCELLED"}

@@ -24,7 +24,7 @@ from .frames import ByCamera, Frame, ReceivedFrame
 from .meshes import Decimated, decimate
 from .player import Player
 from .reader import Configuration, Damage, End, Event, FrameEvent, Reader, SoundEvent
-from .records import Check, Description, Limits, Problem, Rung, Track
+from .records import Check, Description, Limits, Problem, Rung, Texturing, Track
 from .sources import Readable, ReadAt
 from .view import Rendering, render
 from .writer import Writer, mux
@@ -67,6 +67,7 @@ __all__ = [
     "Rung",
     "Sound",
     "SoundEvent",
+    "Texturing",
     "Track",
     "UnsupportedError",
     "UsageError",

@@ -20,7 +20,7 @@ from .environment import Environment
 from .errors import DamagedError, UsageError
 from .frames import ATLAS, ByCamera, Frame, Weights
 from .player import INLINE_LIMIT, Player, Server, inline_player, script_of
-from .records import Check, Description, Limits, Problem, Rung, Track
+from .records import Check, Description, Limits, Problem, Rung, Texturing, Track
 from .sources import Readable, Source, opened_elsewhere
 
 #: Of a clip: all frames.
@@ -286,6 +286,11 @@ class Clip:
     def up(self) -> str | None:
         """The world's axis that points up: "+x", "+y", "+z", "-x", "-y" or "-z". None: not stated."""
         return self._configuration().up
+
+    @property
+    def texturing(self) -> Texturing:
+        """How players mix the colours of cameras."""
+        return self._configuration().texturing
 
     @property
     def metadata(self) -> list[Any]:

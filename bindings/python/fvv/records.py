@@ -69,6 +69,19 @@ class Rung:
 
 
 @dataclasses.dataclass(frozen=True)
+class Texturing:
+    """How players mix the colours of cameras (clause 17.5)."""
+
+    blend: str  #: "viewer", by the direction of the viewer, or "paper", by the normal.
+    threshold: float  #: The least cosine between the normal and the direction to a camera.
+    best: int  #: The most cameras that are mixed at a point.
+    inset: float  #: Metres from the mesh inward to the surface that the cameras show.
+    unseen: tuple[
+        int, int, int
+    ]  #: Red, green, blue, 0 to 255, of what no camera shows and that has no colours.
+
+
+@dataclasses.dataclass(frozen=True)
 class Problem:
     """Damage that was met."""
 
@@ -119,6 +132,7 @@ class Description:
     cameras: tuple[tuple[int, str], ...]  #: Identifiers and names.
     meshes: tuple[int, ...]  #: Mesh tracks of the rung that is read.
     metadata: tuple[str, ...]  #: JSON texts, as they were sent.
+    texturing: Texturing  #: How players mix the colours of cameras.
 
     @classmethod
     def of(cls, raw: dict[str, Any]) -> Description:
@@ -139,6 +153,7 @@ class Description:
             cameras=tuple(raw["cameras"]),
             meshes=tuple(raw["meshes"]),
             metadata=tuple(raw["metadata"]),
+            texturing=Texturing(*raw["texturing"]),
         )
 
     def camera(self, key: object) -> int | None:

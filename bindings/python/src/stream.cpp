@@ -106,6 +106,11 @@ py::dict describe(const fvv_configuration &configuration, size_t rung) {
   out["meshes"] = meshes;
   out["rungs"] = rungs;
   out["metadata"] = metadata;
+  const fvv_texturing &texturing = configuration.texturing;
+  const uint8_t *unseen = texturing.unseen;
+  out["texturing"] =
+      py::make_tuple(texturing.blend == FVV_BLEND_PAPER ? "paper" : "viewer", texturing.threshold,
+                     texturing.best, texturing.inset, py::make_tuple(unseen[0], unseen[1], unseen[2]));
   return out;
 }
 

@@ -1,6 +1,7 @@
 """Clips and frames against fvvdemux and fvvinfo; sources, life times, memory and threads."""
 
 import array
+import dataclasses
 import gc
 import io
 import json
@@ -16,7 +17,7 @@ from fractions import Fraction
 import fvv
 import numpy
 import pytest
-from conftest import ROOT, tool
+from conftest import CONFORMANCE, ROOT, tool
 from PIL import Image
 from real_capture import read_ply
 from vectors import path_of as vector
@@ -81,6 +82,16 @@ def test_what_fvvinfo_says(players):
         file["groups"],
         file["chunk_count"],
     )
+
+
+def test_texturing(players):
+    with fvv.open(players) as clip:  # which has no TEXR
+        assert clip.texturing == fvv.Texturing("viewer", 0.05, 3, 0.0, (128, 128, 128))
+    stream = CONFORMANCE / "cases/valid/patched_unseen/input.fvv"
+    (file,) = json.loads(tool("fvvinfo", "--json", stream))["files"]
+    with fvv.open(stream) as clip:
+        found = json.loads(json.dumps(dataclasses.asdict(clip.texturing)))
+    assert found == {key: file["texturing"][key] for key in found}
 
 
 def test_rungs(players):

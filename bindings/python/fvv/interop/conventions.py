@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .._core import Camera
+from .._core import Camera
 
 
 def along_minus_z(camera: Camera) -> NDArray[numpy.float64]:
@@ -18,6 +17,20 @@ def along_minus_z(camera: Camera) -> NDArray[numpy.float64]:
     out[:3, :3] = camera.R.T * (1, -1, -1)
     out[:3, 3] = camera.centre
     return out
+
+
+def straightened(
+    camera: Camera, ideal: Camera
+) -> tuple[NDArray[numpy.float64], NDArray[numpy.intp], NDArray[numpy.bool_]]:
+    """For each pixel of a camera at the same place without lens: where the camera's picture shows the same, in pixels and NaN
+    where it does not, (height, width, 2); the number of that pixel, counted row by row; and whether there is one, (height,
+    width)."""
+    rows, columns = numpy.mgrid[: ideal.height, : ideal.width] + 0.5
+    at = camera.project(ideal.unproject(numpy.stack([columns, rows], axis=-1), 1.0))
+    seen = numpy.isfinite(at).all(axis=-1)
+    x, y = numpy.floor(numpy.where(seen[..., None], at, -1)).astype(numpy.intp).transpose(2, 0, 1)
+    inside = (x >= 0) & (x < camera.width) & (y >= 0) & (y < camera.height)
+    return at, numpy.where(inside, y * camera.width + x, 0), inside
 
 
 def turned(up: str, to: str) -> NDArray[numpy.float64]:

@@ -15,6 +15,7 @@ from ..clip import EVERY, Clip, ClipFrame
 from ..errors import Error
 from ..frames import ByCamera
 from ..pictures import on_screen
+from .conventions import straightened
 from .optional_import import optional_import
 
 #: The first bytes of a stream.
@@ -152,25 +153,12 @@ class _Log:
             return pixels
         key = (camera.id, camera.lens, camera.K.tobytes(), camera.distortion.tobytes(), pixels.shape)
         if key not in self._maps:
-            self._maps[key] = straightened(camera, straight)
+            ideal = Camera(camera.id, straight, camera.R, camera.t, (camera.width, camera.height))
+            self._maps[key] = straightened(camera, ideal)[1:]
         places, inside = self._maps[key]
         out = pixels.reshape(-1, 3)[places]
         out[~inside] = GREY
         return out
-
-
-def straightened(
-    camera: Camera, straight: NDArray[numpy.float64]
-) -> tuple[NDArray[numpy.intp], NDArray[numpy.bool_]]:
-    """For each pixel of a camera at the same place with the matrix `straight` and no lens: the pixel of the camera's picture that
-    shows the same, counted row by row, and whether there is one. Both (height, width)."""
-    ideal = Camera(camera.id, straight, camera.R, camera.t, (camera.width, camera.height))
-    rows, columns = numpy.mgrid[: camera.height, : camera.width] + 0.5
-    at = camera.project(ideal.unproject(numpy.stack([columns, rows], axis=-1), 1.0))
-    seen = numpy.isfinite(at).all(axis=-1)
-    x, y = numpy.floor(numpy.where(seen[..., None], at, -1)).astype(numpy.intp).transpose(2, 0, 1)
-    inside = (x >= 0) & (x < camera.width) & (y >= 0) & (y < camera.height)
-    return numpy.where(inside, y * camera.width + x, 0), inside
 
 
 def _parser() -> argparse.ArgumentParser:

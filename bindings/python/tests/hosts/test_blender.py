@@ -87,7 +87,8 @@ def scene(fvv):
         bpy.ops.preferences.addon_enable(module=f"bl_ext.user_default.{IDENTIFIER}")
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
-    scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", 16, False
+    scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", 25, False
+    scene.cycles.pixel_filter_type = "BOX"  # as fvvrender's
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.render.resolution_percentage = 100
     scene.world = bpy.data.worlds.new("black")
@@ -196,14 +197,96 @@ def test_cameras_are_where_they_were(fvv, scene, stream):
             assert numpy.abs(at - pixels).max() < 1e-3
 
 
+def between(fvv, clip, first, second):
+    """A camera between two of a clip."""
+    a, b = (clip[0].cameras[one] for one in (first, second))
+    centre = (a.centre + b.centre) / 2
+    forward = a.R[2] + b.R[2]
+    forward /= numpy.linalg.norm(forward)
+    right = numpy.cross(a.R[1] + b.R[1], forward)
+    right /= numpy.linalg.norm(right)
+    R = numpy.stack([right, numpy.cross(forward, right), forward])
+    K = ((520, 0, SIZE[0] / 2), (0, 520, SIZE[1] / 2), (0, 0, 1))
+    return fvv.Camera(99, K, R, -R @ centre, SIZE)
+
+
+def blender_camera(scene, root, camera):
+    """Blender's, for a camera with its principal point in the middle."""
+    from fvv.interop.conventions import along_minus_z
+    from mathutils import Matrix
+
+    data = bpy.data.cameras.new("own")
+    data.sensor_fit, data.lens = "HORIZONTAL", camera.K[0, 0] * data.sensor_width / camera.width
+    item = bpy.data.objects.new("own", data)
+    scene.collection.objects.link(item)
+    item.parent = root
+    item.matrix_local = Matrix(along_minus_z(camera).tolist())
+    bpy.context.view_layer.update()
+    return item
+
+
+def test_colours_by_view_in_cycles(fvv, scene, stream, tmp_path):
+    """With the environment, where cameras were and where none was."""
+    root = imported(stream)
+    assert root["fvv_colours"] == "view"
+    with fvv.open(stream) as clip:
+        own = between(fvv, clip, 1, 2)
+        for number, pose in ((1, 1), (8, 3), (5, own)):
+            scene.frame_set(number)
+            is_own = pose is own
+            scene.camera = blender_camera(scene, root, own) if is_own else below(root, "fvv_camera")[pose]
+            found = rendered(tmp_path, scene, "between" if is_own else f"view_{pose}")
+            expected = fvv.render(clip, number - 1, pose, samples=5)
+            alone = fvv.render(clip, number - 1, pose, samples=5, environment=False, layers=True)
+            action = alone.coverage == 1
+            print(f"blender.psnr_db {psnr(found, expected):.2f}")
+            print(f"blender.action_psnr_db {psnr(found[action], expected[action]):.2f}")
+            assert psnr(found, expected) > 30 and psnr(found[action], expected[action]) > 30
+
+
+def test_pictures_are_backgrounds(fvv, scene, stream):
+    root = imported(stream)
+    scene.frame_set(6)
+    with fvv.open(stream) as clip:
+        for identifier, item in below(root, "fvv_camera").items():
+            (background,) = item.data.background_images
+            picture = clip[5].pictures[identifier]
+            image = background.image
+            flat = numpy.empty(4 * image.size[0] * image.size[1], numpy.float32)
+            image.pixels.foreach_get(flat)
+            shown = flat.reshape(image.size[1], image.size[0], 4)[::-1, :, :3] * 255
+            whole = clip[5].cameras[identifier]
+            scale = picture.camera.width / picture.source[2]
+            assert abs(image.size[0] - whole.width * scale) <= 1 and item.data.show_background_images
+            left, top = (round(one * scale) for one in picture.source[:2])
+            tile = shown[top : top + picture.pixels.shape[0], left : left + picture.pixels.shape[1]]
+            assert numpy.abs(tile - picture.pixels).max() < 1
+
+
+def test_sound_is_in_the_sequencer(fvv, scene, stream):
+    if not bpy.app.build_options.audaspace:
+        pytest.skip("this wheel of bpy has no sound")
+    imported(stream, first=10)
+    editor = scene.sequence_editor
+    strips = list(editor.strips if hasattr(editor, "strips") else editor.sequences)
+    with fvv.open(stream) as clip:
+        assert len(strips) == len(clip.audio) > 0
+        for strip, sound in zip(strips, clip.audio):
+            assert abs(strip.frame_final_start - 10 - 25 * sound.start) <= 1
+            assert abs(strip.frame_final_duration - 25 * sound.duration) <= 1
+            content = strip.sound.packed_file.data
+            codes = numpy.frombuffer(content[44:], "<i2").reshape(-1, sound.channels)
+            assert numpy.abs(codes / 32767 - sound.samples().clip(-1, 1)).max() < 1e-4
+
+
 def test_baked_colours_in_cycles(fvv, scene, stream, tmp_path):
-    root = imported(stream, colours="baked")
+    root = imported(stream, colours="baked", environment=False)
     with fvv.open(stream) as clip:
         for identifier, number in ((1, 1), (3, 8)):
             scene.frame_set(number)
             scene.camera = below(root, "fvv_camera")[identifier]
             found = rendered(tmp_path, scene, f"baked_{identifier}")
-            expected = fvv.render(clip, number - 1, identifier, samples=3, environment=False)
+            expected = fvv.render(clip, number - 1, identifier, samples=5, environment=False)
             print(f"blender.baked_psnr_db {psnr(found, expected):.2f}")
             assert psnr(found, expected) > 30
 
@@ -261,6 +344,17 @@ def test_a_saved_file_shows_the_clip_again(fvv, scene, stream, tmp_path):
     for item in [*root.children, root]:
         bpy.data.objects.remove(item)
     bpy.context.scene.frame_set(2)
+    assert not bpy.app.handlers.frame_change_pre
+
+
+def test_a_clip_is_taken_out_again(fvv, scene, stream):
+    with fvv.open(stream) as clip:
+        shown = fvv.interop.blender.load(clip, colours="sent")
+        scene.frame_set(3)
+        assert len(shown.meshes) == 1 and len(shown.cameras) == 5
+        shown.remove()
+        shown.remove()
+    assert not bpy.data.objects and not bpy.data.meshes and not bpy.data.cameras
     assert not bpy.app.handlers.frame_change_pre
 
 

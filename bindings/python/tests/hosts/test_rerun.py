@@ -14,7 +14,7 @@ import fvv
 import numpy
 import pytest
 from conftest import ROOT, tool
-from fvv.interop.rerun import straightened
+from fvv.interop.conventions import straightened
 
 rerun = pytest.importorskip("rerun", reason="rerun-sdk is not installed here: ./run test rerun")
 chunk = pytest.importorskip("rerun.chunk", reason="this rerun-sdk does not read recordings: ./run test rerun")
@@ -134,7 +134,9 @@ def test_pictures_are_without_the_lens(tmp_path, programs):
                 .T
             )
             shown = picture(next(row for row in own if "EncodedImage:blob" in row))
-            places, inside = straightened(sent.camera, k.astype(float))
+            tile = sent.camera
+            ideal = fvv.Camera(tile.id, k.astype(float), tile.R, tile.t, (tile.width, tile.height))
+            _, places, inside = straightened(tile, ideal)
             expected = sent.pixels.reshape(-1, 3)[places]
             assert inside.mean() > 0.5 and numpy.abs(expected[inside].astype(int) - shown[inside]).mean() < 5
             moved = numpy.abs(places - numpy.arange(places.size).reshape(places.shape))[inside]

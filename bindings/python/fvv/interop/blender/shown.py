@@ -15,19 +15,33 @@ from ...errors import Error, UsageError
 from ...pictures import on_screen
 from ..conventions import along_minus_z, turned, upside_down
 from ..optional_import import optional_import
-from .colours import baked
-from .material import atlas_material, vertex_material
+from .colours import baked, seen, sent
+from .material import COLOURS, SEEN, atlas_material, image_of, vertex_material, view_material
+from .pictures import Straightener, StraightPicture
+from .stage import ENVIRONMENT, add_environment, add_sound
 
-#: Where a surface takes its colours from: "baked", one colour for each vertex from all cameras; "sent", the colours of vertices,
-#: or the atlas, that are in the stream.
-Colours = Literal["baked", "sent"]
+#: Where a surface takes its colours from: "view", the pictures of the cameras that show it best from where it is seen; "baked", one
+#: colour for each vertex from all cameras; "sent", the colours of vertices that are in the stream; "atlas", its texture.
+Colours = Literal["view", "baked", "sent", "atlas"]
+#: More cameras are baked, unless asked for: each has some 25 nodes and an attribute, of which Eevee has 16.
+MOST_CAMERAS = 12
 #: Of the root: who it is, and how it is shown. They are kept by .blend files.
-IDENTITY, SOURCE, FIRST, COLOURS = "fvv", "fvv_source", "fvv_first", "fvv_colours"
+IDENTITY, SOURCE, FIRST, CHOSEN, PICTURES = "fvv", "fvv_source", "fvv_first", "fvv_colours", "fvv_pictures"
+ORIGIN = "fvv_origin"
 #: Of objects below the root.
 TRACK, CAMERA = "fvv_track", "fvv_camera"
 
 
-def load(clip: Clip, name: str = "fvv", *, first: int = 0, colours: Colours | None = None) -> Shown:
+def load(
+    clip: Clip,
+    name: str = "fvv",
+    *,
+    first: int = 0,
+    colours: Colours | None = None,
+    pictures: bool = True,
+    environment: bool = True,
+    sound: bool = True,
+) -> Shown:
     """Adds a clip to the current scene of Blender (`bpy`), as a collection of that name: an empty as root, which turns the
     stream's up axis to +z, an object for each mesh track, and the cameras.
 
@@ -37,9 +51,13 @@ def load(clip: Clip, name: str = "fvv", *, first: int = 0, colours: Colours | No
     file again; `clip.to_usd` makes a file that Blender imports without this package.
 
     Meshes have a colour attribute "colours", and a UV map and normals where they were sent. colours: where their material takes
-    them from; None: the atlas, or "baked" of a stream with pictures, else "sent". With motion blur they have velocities, from
-    the frames before and after that have the same faces. Cameras have a focal length and shifts for the scene's resolution set to
-    theirs, and no lens or skew. Where K[0, 0] and K[1, 1] differ, the scene's pixel aspect y over x has to be their ratio.
+    them from; None: "atlas" where there is one, "view" of up to 12 cameras, "baked" of more, and "sent" of none. With motion
+    blur they have velocities, from the frames before and after that have the same faces. Cameras have a focal length and shifts
+    for the scene's resolution set to theirs, and no lens or skew. Where K[0, 0] and K[1, 1] differ, the scene's pixel aspect y
+    over x has to be their ratio.
+
+    pictures: of the cameras, as their background images, without lens. environment: its surfaces and lights. sound: as strips of
+    the sequencer. Streams that are far from 0 are shown relative to the origin of their lattice: Blender's numbers are float32.
     """
     if not len(clip):
         raise UsageError(f"{clip.name}: expected a frame to show, found none", file=clip.name)
@@ -55,12 +73,18 @@ def load(clip: Clip, name: str = "fvv", *, first: int = 0, colours: Colours | No
     root[IDENTITY] = uuid.uuid4().hex
     root[SOURCE] = os.path.abspath(clip.name) if os.path.exists(clip.name) else clip.name
     root[FIRST] = first
-    root[COLOURS] = colours or _best_colours(clip)
+    root[CHOSEN] = colours or _best_colours(clip)
+    root[PICTURES] = pictures
+    root[ORIGIN] = _origin(clip)
     scene.render.fps = max(1, round(float(clip.rate)))
     scene.render.fps_base = scene.render.fps / float(clip.rate)
     scene.frame_start, scene.frame_end = first, first + len(clip) - 1
     scene.render.use_lock_interface = True
     shown = Shown(clip, root)
+    if environment:
+        add_environment(clip, root, numpy.array(root[ORIGIN]))
+    if sound:
+        add_sound(clip, scene, first, collection.name)
     bpy.context.view_layer.update()
     return shown
 
@@ -89,7 +113,7 @@ class Shown:
         self._bpy = optional_import("bpy", "blender")
         self._clip = clip
         self._identity: str = root[IDENTITY]
-        self._known: tuple[int, ClipFrame] | None = None
+        self._straightener = Straightener()
         self._bpy.app.handlers.frame_change_pre.append(self._on_frame)
         # bpy 4.2 crashes where Python ends with a handler left, also one of pure Python.
         atexit.register(self._leave)
@@ -127,29 +151,31 @@ class Shown:
         there = frame.meshes
         for track in sorted(meshes.keys() - there.keys()):
             meshes[track].data.clear_geometry()
-        for track, mesh in there.items():
-            if track not in meshes:
-                meshes[track] = self._added(f"mesh {track}", self._bpy.data.meshes, TRACK, track)
-            self._fill(meshes[track].data, frame, mesh, root[COLOURS])
         for camera in frame.cameras.values():
             if camera.id not in cameras:
                 name = camera.name or f"camera {camera.id}"
                 cameras[camera.id] = self._added(name, self._bpy.data.cameras, CAMERA, camera.id)
             elif not camera.moves:
                 continue
-            _place(cameras[camera.id], camera)
+            _place(cameras[camera.id], camera, root[ORIGIN])
+        filmed = self._pictures(frame, cameras, root) if root[PICTURES] or root[CHOSEN] == "view" else []
+        for track, mesh in there.items():
+            if track not in meshes:
+                meshes[track] = self._added(f"mesh {track}", self._bpy.data.meshes, TRACK, track)
+            self._fill(meshes[track].data, frame, mesh, filmed, root)
 
     def remove(self) -> None:
         """Takes the objects out of Blender. May be called again."""
         if not self._leave():
             return
         collection = self._collection
-        for item in [*self.meshes.values(), *self.cameras.values(), self.root]:
+        kinds = (TRACK, CAMERA, ENVIRONMENT)
+        added = [one for one in self.root.children if any(kind in one for kind in kinds)]
+        for item in [*added, self.root]:
             data = item.data
             self._bpy.data.objects.remove(item)
             if data is not None:
-                is_mesh = isinstance(data, self._bpy.types.Mesh)
-                (self._bpy.data.meshes if is_mesh else self._bpy.data.cameras).remove(data)
+                self._bpy.data.batch_remove([data])
         self._bpy.data.collections.remove(collection)
 
     @property
@@ -210,21 +236,46 @@ class Shown:
         item.parent = self.root
         return item
 
-    def _fill(self, data: Any, frame: ClipFrame, mesh: Mesh, colours: str) -> None:
+    def _pictures(self, frame: ClipFrame, cameras: dict[int, Any], root: Any) -> list[StraightPicture]:
+        """The pictures of a frame as images, and in the background of the cameras where "pictures" is set."""
+        found = []
+        for identifier in frame.pictures:
+            whole = frame.cameras[identifier]
+            ideal, pixels = self._straightener.run(whole, frame.pictures[identifier])
+            image = image_of(f"{self.name} {whole.name or whole.id}", pixels)
+            found.append(StraightPicture(whole.id, ideal, whole.centre - root[ORIGIN], image))
+            data = cameras[whole.id].data
+            if root[PICTURES] and not data.background_images:
+                data.show_background_images = True
+                background = data.background_images.new()
+                background.image, background.frame_method, background.alpha = image, "STRETCH", 1.0
+        return found
+
+    def _fill(
+        self, data: Any, frame: ClipFrame, mesh: Mesh, filmed: list[StraightPicture], root: Any
+    ) -> None:
         """Gives Blender's mesh the vertices, faces, colours and material of a mesh."""
-        _fill_shape(data, mesh)
-        atlas = frame.atlas if mesh.uvs is not None else None
-        sent = mesh.colours if colours == "sent" or atlas is not None else baked(frame, mesh)
-        if sent is not None:
-            _fill_colours(data, sent)
+        _fill_shape(data, mesh, root[ORIGIN])
+        chosen, has_colours = root[CHOSEN], mesh.colours is not None
+        atlas = frame.atlas if chosen == "atlas" and mesh.uvs is not None else None
+        _fill_colours(data, baked(frame, mesh) if chosen == "baked" else sent(frame, mesh))
         if atlas is not None:
             material = atlas_material(f"{self.name} atlas", on_screen(atlas.pixels))
+        elif chosen == "view" and filmed:
+            for one in filmed:
+                _fill_attribute(
+                    data, SEEN.format(one.identifier), "FLOAT", "value", seen(frame, mesh, one.identifier)
+                )
+            for identifier in set(frame.cameras) - {one.identifier for one in filmed}:
+                _fill_attribute(data, SEEN.format(identifier), "FLOAT", "value", None)
+            material = view_material(f"{self.name} view", filmed, self._clip.texturing, has_colours)
         else:
-            material = vertex_material("fvv colours", "colours")
+            material = vertex_material()
         if len(data.materials) != 1 or data.materials[0] != material:
             data.materials.clear()
             data.materials.append(material)
-        _fill_velocities(data, self._velocities(frame, mesh))
+        # Cycles and Eevee take motion from the attribute of this name.
+        _fill_attribute(data, "velocity", "FLOAT_VECTOR", "vector", self._velocities(frame, mesh))
 
     def _velocities(self, frame: ClipFrame, mesh: Mesh) -> Any:
         """(vertices, 3) metres per second, from the frames beside it with the same faces; None: there is none, or the scene has no
@@ -245,24 +296,40 @@ class Shown:
 
 
 def _best_colours(clip: Clip) -> Colours:
-    return "baked" if any(track.kind == "video" for track in clip.tracks) else "sent"
+    frame = clip[0]
+    if frame.atlas is not None:
+        return "atlas"
+    filmed = len(frame.pictures)
+    if not filmed:
+        return "sent"
+    return "view" if filmed <= MOST_CAMERAS else "baked"
 
 
-def _place(item: Any, camera: Camera) -> None:
+def _origin(clip: Clip) -> list[float]:
+    """Where Blender's 0 is, in the world of the stream."""
+    for mesh in clip[0].meshes.values():
+        if mesh.positions.dtype == numpy.float64:
+            return [float(value) for value in mesh.origin]
+    return [0.0, 0.0, 0.0]
+
+
+def _place(item: Any, camera: Camera, origin: Any) -> None:
     K, data = camera.K, item.data
     data.sensor_fit = "HORIZONTAL"
     data.lens = K[0, 0] * data.sensor_width / camera.width
     data.shift_x = 0.5 - K[0, 2] / camera.width
     data.shift_y = (K[1, 2] - camera.height / 2) / camera.width * K[0, 0] / K[1, 1]
     data.clip_start, data.clip_end = 0.01, 10000
-    item.matrix_local = _matrix(along_minus_z(camera))
+    place = along_minus_z(camera)
+    place[:3, 3] -= origin
+    item.matrix_local = _matrix(place)
 
 
 def _matrix(values: Any) -> Any:
     return optional_import("mathutils", "blender").Matrix(values.tolist())
 
 
-def _fill_shape(data: Any, mesh: Mesh) -> None:
+def _fill_shape(data: Any, mesh: Mesh, origin: Any) -> None:
     if len(data.vertices) != mesh.vertex_count or not _same_faces(data, mesh):
         data.clear_geometry()
         data.vertices.add(mesh.vertex_count)
@@ -271,7 +338,7 @@ def _fill_shape(data: Any, mesh: Mesh) -> None:
         data.loops.foreach_set("vertex_index", mesh.indices.astype(numpy.int32).ravel())
         data.polygons.foreach_set("loop_start", numpy.arange(0, 3 * mesh.face_count, 3, dtype=numpy.int32))
         data.polygons.foreach_set("use_smooth", numpy.ones(mesh.face_count, bool))
-    data.vertices.foreach_set("co", mesh.positions.ravel())
+    data.vertices.foreach_set("co", (mesh.positions - origin).astype(numpy.float32).ravel())
     if mesh.uvs is not None:
         layer = data.uv_layers.active or data.uv_layers.new(name="UVMap")
         layer.data.foreach_set("uv", upside_down(mesh.uvs)[mesh.indices].ravel())
@@ -281,24 +348,24 @@ def _fill_shape(data: Any, mesh: Mesh) -> None:
 
 
 def _fill_colours(data: Any, colours: Any) -> None:
-    layer = data.color_attributes.get("colours")
+    layer = data.color_attributes.get(COLOURS)
     if layer is None:
-        layer = data.color_attributes.new("colours", "BYTE_COLOR", "POINT")
+        layer = data.color_attributes.new(COLOURS, "BYTE_COLOR", "POINT")
     opaque = numpy.ones((len(colours), 4), numpy.float32)
     opaque[:, :3] = colours / 255
     layer.data.foreach_set("color_srgb", opaque.ravel())
 
 
-def _fill_velocities(data: Any, velocities: Any) -> None:
-    """Cycles and Eevee take motion from the attribute of this name."""
-    layer = data.attributes.get("velocity")
-    if velocities is None:
+def _fill_attribute(data: Any, name: str, kind: str, field: str, values: Any) -> None:
+    """An attribute of the vertices; None: there is none."""
+    layer = data.attributes.get(name)
+    if values is None:
         if layer is not None:
             data.attributes.remove(layer)
         return
     if layer is None:
-        layer = data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
-    layer.data.foreach_set("vector", velocities.astype(numpy.float32).ravel())
+        layer = data.attributes.new(name, kind, "POINT")
+    layer.data.foreach_set(field, values.astype(numpy.float32).ravel())
 
 
 def _same_faces(data: Any, mesh: Mesh) -> bool:
