@@ -14,5 +14,5 @@ export {
   pointUncertainty,
 } from "./measure.js";
 export { ObjectPaths, objectsOf, piecesOfFrame } from "./objects.js";
-export { pick, rayThrough, treeOf } from "./pick.js";
-export { SurfaceTree } from "./surface_tree.js";
+export { pick, rayThrough } from "./pick.js";
+export { SurfaceTree, treeOf } from "./surface_tree.js";
