@@ -3,7 +3,7 @@
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
 import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, pick, measure, view, look, ladder, chaos, settle, player, three, gpu, sound, npm, docs, site, python,
-hypothesis, distributed, hull, calibrate, chain, surfaces.
+hypothesis, distributed, hull, calibrate, chain, surfaces, conformance, golden, mutants, spec.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -36,6 +36,7 @@ from pages import three as three_renderers
 from recordings import calibrate, chain, hull, surfaces
 from spend import figures as spending
 from spend import scenes
+from suite import figures as suite_figures
 from track.figures import Tracking
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -520,6 +521,10 @@ PARTS = {
     "chain": chain.chain,
     "surfaces": surfaces.surfaces,
     "docs": page_figures.samples,
+    "conformance": lambda: suite_figures.conformance(ROOT),
+    "golden": lambda: suite_figures.golden(ROOT),
+    "mutants": lambda: suite_figures.mutants(ROOT),
+    "spec": lambda: suite_figures.words(ROOT),
     "site": lambda: page_figures.accessibility(stream()),
 }
 
@@ -542,6 +547,7 @@ def part_of(name):
         "mixed": "meshonly",
         "decimate": "meshonly",
         "dask": "distributed",
+        "contents": "conformance",
     }.get(part, part)
 
 

@@ -124,8 +124,8 @@ def main():
     )
     print()
     print_sweep(result["sweep"], sys.stdout)
-    silent = sum(row["silent"] for row in result["sweep"])
-    result["figures"]["sweep.silent_wrong"] = silent
+    if result["sweep"]:
+        result["figures"]["sweep.silent_wrong"] = sum(row["silent"] for row in result["sweep"])
     folder = adapters.ROOT / "build/conformance"
     folder.mkdir(parents=True, exist_ok=True)
     for name, make in (
