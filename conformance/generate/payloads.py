@@ -26,7 +26,8 @@ def scene(**fields):
 def track(kind, name="", **fields):
     """name: text or bytes."""
     text = name if isinstance(name, bytes) else name.encode()
-    return pack("TRAK payload", **{"kind": kind, "name_size": len(text)} | fields) + text
+    values = {"kind": kind, "flags": int(kind in (MESH, VIDEO)), "name_size": len(text)}
+    return pack("TRAK payload", **values | fields) + text
 
 
 def camera(identifier=0, name="", centre=(0.0, 0.0, 1.0), **fields):

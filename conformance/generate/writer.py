@@ -12,6 +12,7 @@ from .packing import crc32c, pack
 
 HEADER = STRUCTURES["chunk header"]["size"]
 FILE_HEADER = STRUCTURES["file header"]["size"]
+KINDS = max(v["value"] for e in DATA["enums"] if e["prefix"] == "TRACK" for v in e["values"])
 
 
 def flipped(data, damage):
@@ -25,13 +26,22 @@ def flipped(data, damage):
 class Group:
     """What GEND and INDX say of a group."""
 
-    def __init__(self, offset, sequence, start, end):
+    def __init__(self, offset, sequence, start, end, foreign=frozenset()):
+        """foreign: tracks of kinds that this version does not know, whose times are frames."""
+        self.foreign = foreign
         self.offset, self.sequence, self.start, self.end = offset, sequence, start, end
         self.headers, self.chunks = [], []
 
     def frames(self):
         """Clause 11."""
-        return len({time for code, track, _, _, time in self.chunks if code in (b"MESH", b"VPKT")})
+        makers = (b"MESH", b"VPKT")
+        return len(
+            {
+                time
+                for code, track, _, _, time in self.chunks
+                if code in makers or (code.decode("latin-1") not in CHUNKS and track in self.foreign)
+            }
+        )
 
     def kinds(self):
         return list(dict.fromkeys(chunk[:3] for chunk in self.chunks))
@@ -128,11 +138,13 @@ class Stream:
             self.out += self.last
         if not silent:
             self._count(kind, flags, track, time, len(payload), offset, covered)
+        if kind == b"TRAK" and self.block and len(payload) > 1 and payload[0] > KINDS and payload[1] & 1:
+            self.block["foreign"].add(track)
         return offset
 
     def _count(self, kind, flags, track, time, size, offset, covered):
         if kind == b"SCEN":
-            self.block = {"offset": offset, "headers": b"", "listed": False}
+            self.block = {"offset": offset, "headers": b"", "listed": False, "foreign": set()}
         if kind in (b"GRUP", b"INDX", b"FOOT", b"GEND"):
             return
         if self.group:
@@ -151,7 +163,8 @@ class Stream:
         chunk_fields = {name: fields.pop(name) for name in list(fields) if name not in values}
         values |= fields
         body = pack("GRUP payload", **values) if payload is None else payload
-        self.group = Group(offset, values["sequence"], values["start"], values["end"])
+        foreign = self.block["foreign"] if self.block else set()
+        self.group = Group(offset, values["sequence"], values["start"], values["end"], foreign)
         self.chunk("GRUP", body, time=start if time is None else time, fault=fault, **chunk_fields)
         self.group.headers.append(bytes(self.last[:28]))
         if self.block and not self.block["listed"]:

@@ -154,9 +154,10 @@ types:
       - id: kind
         type: u1
         enum: track_kind
-      - id: reserved
+      - id: flags
         type: u1
-        valid: 0
+        valid:
+          max: 1
       - id: name_size
         type: u2
       - id: time_base_numerator

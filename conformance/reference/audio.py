@@ -14,10 +14,10 @@ AAC_RATES = (96000, 88200, 64000, 48000, 44100, 32000, 24000, 22050, 16000, 1200
 
 def track(payload):
     """Kind, time base or None, alternate group, rank, bit rate, size and name of a TRAK payload."""
-    kind, reserved, name_size, numerator, denominator, group, rank, rate, size = struct.unpack_from(
+    kind, flags, name_size, numerator, denominator, group, rank, rate, size = struct.unpack_from(
         "<BBHIIHHII", payload
     )
-    demand(reserved == 0 and len(payload) == 24 + name_size, 2101, "size or reserved bytes")
+    demand(flags < 2 and len(payload) == 24 + name_size, 2101, "size or flags")
     demand((numerator == 0) == (denominator == 0), 2105, "half a time base")
     demand(numerator == 0 or kind > 5 and kind != 8, 2105, "a time base of its own")
     demand(group or not rank, 2106, "a rank without an alternate group")

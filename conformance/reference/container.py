@@ -18,6 +18,15 @@ FLAGS = {v["name"].lower(): v["value"] for e in DATA["enums"] if e["prefix"] == 
 PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "i64": "q", "f64": "d"}
 
 
+FRAME_KINDS = tuple(
+    v["value"]
+    for e in DATA["enums"]
+    if e["prefix"] == "TRACK"
+    for v in e["values"]
+    if v["name"] in ("MESH", "VIDEO")
+)
+
+
 class Broken(ValueError):
     """A rule is broken. issue: its number; the text says what was found."""
 
@@ -254,8 +263,9 @@ class Stream:
     def track(self, identifier, kind, name, **more):
         """more: further fields of TRAK."""
         text = name.encode()
-        values = {"kind": kind, "name_size": len(text), **more}
-        parts = structure("TRAK payload", values, {"kind": "1: mesh"} if kind == 1 else {})
+        values = {"kind": kind, "flags": int(kind in FRAME_KINDS), "name_size": len(text), **more}
+        meanings = {"flags": "1: frames"} if values["flags"] else {}
+        parts = structure("TRAK payload", values, meanings | ({"kind": "1: mesh"} if kind == 1 else {}))
         self.chunk("TRAK", [*parts, Part(text, "name", f'"{name}"')], track=identifier)
 
     def begin_group(self, start, end):

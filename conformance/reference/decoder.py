@@ -121,7 +121,7 @@ class Reader:
 
     def take(self, chunk):
         known = KNOWN.get(chunk.kind)
-        if known is None and chunk.flags & CRITICAL:
+        if known is None and chunk.flags & CRITICAL and not self.is_ignored(chunk.track):
             self.note(chunk.offset, 1106, f"unknown critical chunk {chunk.kind!r}")
             raise Refused
         if chunk.kind in (b"SCEN", b"GRUP"):
@@ -137,6 +137,14 @@ class Reader:
             broken = failure.issue
         self.counter = chunk.counter
         self.enter(chunk, known, broken)
+
+    def is_ignored(self, track):
+        """Whether a critical chunk of the track concerns nobody here: clause 4.5."""
+        block = self.group.block if self.group else self.block
+        if self.group and block is None:
+            return track != 0
+        kind = block.tracks[track].kind if block and track in block.tracks else 0
+        return bool(kind) and kind not in KIND_OF.values()
 
     def leave(self, chunk):
         """A block or a group begins: the group before it must have ended."""

@@ -318,8 +318,10 @@ TEST_CASE("rules of SCEN and TRAK") {
   t[0] = 0;
   CHECK(with_track(t) == FVV_ISSUE_TRACK_KIND);
   t = p.mesh_track;
-  t[1] = 1;
+  t[1] = 3;
   CHECK(with_track(t) == FVV_ISSUE_TRACK_PAYLOAD);
+  t[1] = 0; // times of a mesh track are frames
+  CHECK(with_track(t) == FVV_ISSUE_TRACK_FRAMES);
   t = p.mesh_track;
   t[4] = 1; // a time base of 1/0, and then 1/1, which a mesh track may not have
   CHECK(with_track(t) == FVV_ISSUE_TRACK_TIME_BASE);

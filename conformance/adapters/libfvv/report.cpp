@@ -24,9 +24,11 @@ using Place = std::pair<uint64_t, int64_t>;
 
 // What the reader's events tell about a stream.
 struct Seen {
-  std::vector<Place> frames; // in order of the stream
-  uint64_t group = 0;        // offset of the last GRUP
-  std::set<uint64_t> sound;  // offsets of AUDI chunks before which nothing of their group is wrong
+  const fvv_checker *checker = nullptr; // that reads
+  std::vector<Place> frames;            // in order of the stream
+  uint64_t group = 0;                   // offset of the last GRUP
+  bool in_block = false;                // no chunk of a group has come since SCEN
+  std::set<uint64_t> sound;             // offsets of AUDI chunks before which nothing of their group is wrong
   bool has_index = false;
 };
 
@@ -37,7 +39,12 @@ void take_event(void *user, const fvv_event *event) {
   if (chunk.type == FVV_CHUNK_GROUP) seen.group = event->offset;
   if (chunk.type == FVV_CHUNK_AUDIO && event->group_intact) seen.sound.insert(event->offset);
   if (chunk.type == FVV_CHUNK_INDEX) seen.has_index = true;
-  if ((chunk.type != FVV_CHUNK_MESH && chunk.type != FVV_CHUNK_VIDEO_PACKET) || !chunk.track) return;
+  if (chunk.type == FVV_CHUNK_SCENE) seen.in_block = true;
+  if (chunk.type == FVV_CHUNK_GROUP || chunk.type == FVV_CHUNK_MESH || chunk.type == FVV_CHUNK_VIDEO_PACKET)
+    seen.in_block = false;
+  if (seen.in_block) return;
+  const fvv_configuration *configuration = seen.checker ? fvv_checker_configuration(seen.checker) : nullptr;
+  if (!chunk.track || !fvv_configuration_makes_frame(configuration, chunk.type, chunk.track)) return;
   const Place place = {seen.group, chunk.time};
   if (seen.frames.empty() || seen.frames.back() != place) seen.frames.push_back(place);
 }
@@ -120,11 +127,13 @@ json report(const std::vector<uint8_t> &bytes, bool live) {
   fvv_checker *created = nullptr;
   if (fvv_checker_create(&options, nullptr, nullptr, &created) != FVV_OK) throw std::bad_alloc();
   const Checker checker(created);
+  seen.checker = created;
   const size_t piece = live ? 977 : std::max<size_t>(bytes.size(), 1);
   fvv_status status = check(created, bytes, piece);
   // A repetition of a damaged configuration block may come after the groups that need it.
   if (status == FVV_NEED_DATA && !live) {
     seen = Seen();
+    seen.checker = created;
     status = check(created, bytes, piece);
   }
   const bool is_whole = status >= 0 && !fvv_checker_summary(created)->problems;

@@ -120,10 +120,24 @@ def tracks():
     track("name_long", "A byte follows the name.", "5.2", good + b"s", 2101)
     track(
         "reserved",
-        "The reserved byte of TRAK is 1.",
+        "A reserved flag bit of TRAK is set.",
         "5.2",
-        patched(good, "TRAK payload", "reserved", 1),
+        patched(good, "TRAK payload", "flags", 3),
         2101,
+    )
+    track(
+        "frames_missing",
+        "A mesh track does not have the flag of frames.",
+        "5.2",
+        patched(good, "TRAK payload", "flags", 0),
+        2107,
+    )
+    track(
+        "frames_of_colours",
+        "A track of colours has the flag of frames.",
+        "5.2",
+        payloads.track(payloads.COLOURS, flags=1),
+        2107,
     )
     track("twice", "Two TRAK have one identifier.", "5.2", good, 2102, identifier=1)
     track(

@@ -430,6 +430,22 @@ def unknown():
         requirements=(9002,),
     )
     valid(
+        "unknown_kind_critical",
+        "Critical chunks of unknown types on a track of an unknown kind, in the block and in a group.",
+        "4.5 5.2",
+        foreign_critical,
+        uncommon=True,
+        requirements=(9002,),
+    )
+    valid(
+        "unknown_kind_frames",
+        "Times of a track of an unknown kind are frames; a note on a mesh track is none.",
+        "5.2 11",
+        foreign_frames,
+        uncommon=True,
+        requirements=(9002,),
+    )
+    valid(
         "unknown_kind_base",
         "A track of an unknown kind has a time base of its own.",
         "5.2",
@@ -520,6 +536,32 @@ def unknown_alone():
     s = opened()
     s.begin(0, 5)
     s.chunk("note", b"x", 1, 4)
+    s.end()
+    group(s, 5)
+    return ended(s)
+
+
+def foreign_critical():
+    s = opened((1, payloads.track(1)), (2, payloads.track(99, "points")))
+    s.chunk("PCFG", b"how points are coded", 2, flags=1)
+    s.begin(0, 2)
+    for time in 0, 1:
+        frame(s, time)
+        s.chunk("PNTS", b"points", 2, time, flags=1)
+    s.end()
+    group(s, 2)
+    return ended(s)
+
+
+def foreign_frames():
+    s = opened((1, payloads.track(1)), (2, payloads.track(99, "points", flags=1)))
+    s.begin(0, 5)
+    frame(s, 0)
+    s.chunk("note", b"on a mesh track", 1, 1)
+    for time in 2, 3:
+        s.chunk("PNTS", b"points", 2, time, flags=2)
+    frame(s, 4)
+    s.chunk("PNTS", b"points", 2, 4)
     s.end()
     group(s, 5)
     return ended(s)

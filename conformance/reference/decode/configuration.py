@@ -13,6 +13,7 @@ MESH, VIDEO, CALIBRATION, VISIBILITY, ENVIRONMENT, METADATA, AUDIO, COLOURS = ra
 WITHOUT_TIME_BASE = (MESH, VIDEO, CALIBRATION, VISIBILITY, ENVIRONMENT, COLOURS)
 NAME_LIMIT, CAMERAS, TRACKS = 1 << 20, 1024, 256
 PLACED, MOVES = 1, 2
+FRAMES = 1  # a flag of TRAK
 AAC_RATES = (96000, 88200, 64000, 48000, 44100, 32000, 24000, 22050, 16000, 12000, 11025, 8000, 7350)
 
 
@@ -49,11 +50,15 @@ class Scene:
 class Track:
     def __init__(self, payload):
         demand(len(payload) >= 24, 2101, "size")
-        self.kind, reserved, name_size, numerator, denominator, self.group, self.rank = struct.unpack_from(
+        self.kind, self.flags, name_size, numerator, denominator, self.group, self.rank = struct.unpack_from(
             "<BBHIIHH", payload
         )
-        demand(reserved == 0 and len(payload) == 24 + name_size, 2101, "size or reserved byte")
+        demand(self.flags <= FRAMES and len(payload) == 24 + name_size, 2101, "size or flags")
         demand(self.kind > 0, 2103, "kind 0")
+        decided = {kind: FRAMES * (kind in (MESH, VIDEO)) for kind in WITHOUT_TIME_BASE + (AUDIO,)}
+        demand(
+            self.flags == decided.get(self.kind, self.flags), 2107, f"flags of a track of kind {self.kind}"
+        )
         demand((numerator == 0) == (denominator == 0), 2105, "half a time base")
         demand(not numerator or self.kind not in WITHOUT_TIME_BASE, 2105, "a time base of its own")
         demand(self.group or not self.rank, 2106, "a rank without an alternate group")

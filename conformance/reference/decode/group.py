@@ -99,7 +99,7 @@ class Group:
         self.table += uleb128(row) + uleb128(chunk.size) + uleb128(zigzag(difference) % 2**64)
         self.time = chunk.time
         self.times.add((chunk.kind, chunk.track, chunk.time))
-        if chunk.kind in (b"MESH", b"VPKT") and self.intact:
+        if self.makes_frame(chunk) and self.intact:
             self.frame_times.add(chunk.time)
         if chunk.kind in KIND_OF and chunk.kind != b"TILE":
             self.keys.add(chunk.track)
@@ -107,6 +107,14 @@ class Group:
             self.samples.setdefault(chunk.track, chunk.time)
         if self.intact:
             self.whole_before = chunk.time
+
+    def makes_frame(self, chunk):
+        """Clause 11. Where the tracks are not known, the types say it."""
+        if chunk.kind in (b"MESH", b"VPKT") or self.block is None:
+            return chunk.kind in (b"MESH", b"VPKT")
+        track = self.block.tracks.get(chunk.track)
+        foreign = chunk.kind not in KIND_OF and track and track.kind not in KIND_OF.values()
+        return bool(foreign and track.flags & kinds.FRAMES)
 
     def end_payload(self):
         """The one correct payload of GEND."""
@@ -118,6 +126,8 @@ class Group:
         """FVV-1213 and 1214. The group is whole unless this fails."""
         expected, payload = self.end_payload(), chunk.payload
         demand(len(payload) >= 24, 1213, "size")
+        if self.block is None:  # nor is the number of frames
+            expected = expected[:12] + payload[12:16] + expected[16:]
         demand(payload[:16] == expected[:16] and chunk.time == self.end, 1213, "sums of the group")
         demand(payload == expected, 1214, "table of the group")
         self.ended = True

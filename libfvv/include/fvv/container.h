@@ -44,6 +44,7 @@ typedef struct fvv_scene {
 typedef struct fvv_track {
   uint16_t id;              /* from the chunk header, 1 ... 65535 */
   uint8_t kind;             /* FVV_TRACK_... */
+  uint8_t flags;            /* FVV_TRACK_FLAG_...; encoding sets those that a known kind requires */
   uint16_t alternate_group; /* 0: none. Tracks that share another number show the same thing */
   uint16_t rank;            /* among these: 0 is the best */
   uint32_t bit_rate;        /* nominal, bits per second; 0: not stated */

@@ -82,6 +82,11 @@ enum {
   FVV_SCENE_SCALE_UNKNOWN = 1, /* lengths are in units of the source, not in metres */
 };
 
+/* Track flags, clause 5.2. */
+enum {
+  FVV_TRACK_FLAG_FRAMES = 1, /* a time at which the track has a chunk is a frame */
+};
+
 /* Track kinds, clause 5.2. */
 enum {
   FVV_TRACK_MESH = 1, /* MESH chunks */
@@ -208,6 +213,7 @@ enum {
   FVV_ISSUE_TEXT = 2104,
   FVV_ISSUE_TRACK_TIME_BASE = 2105,
   FVV_ISSUE_TRACK_ALTERNATE = 2106,
+  FVV_ISSUE_TRACK_FRAMES = 2107,
   FVV_ISSUE_CONFIGURATION_TRACK = 2201,
   FVV_ISSUE_CONFIGURATION_VIDEO = 2202,
   FVV_ISSUE_CONFIGURATION_CAMERA = 2203,

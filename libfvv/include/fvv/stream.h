@@ -59,6 +59,10 @@ typedef struct fvv_configuration {
 
 /* NULL when there is none. */
 FVV_API const fvv_track *fvv_configuration_track(const fvv_configuration *configuration, uint16_t id);
+/* Whether a chunk of this type and track makes its time a frame (clause 11). configuration may be NULL: it is
+ * not known. */
+FVV_API int fvv_configuration_makes_frame(const fvv_configuration *configuration, uint32_t type,
+                                          uint16_t track);
 FVV_API const fvv_camera *fvv_configuration_camera(const fvv_configuration *configuration, uint16_t id);
 FVV_API const fvv_video_layout *fvv_configuration_video(const fvv_configuration *configuration,
                                                         uint16_t track);

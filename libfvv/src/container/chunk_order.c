@@ -230,6 +230,9 @@ static fvv_status check_group_end(fvv_chunk_order *s, const fvv_chunk_header *he
                                   uint64_t offset, fvv_diagnostic *diagnostic) {
   const fvv_status status = fvv_group_table_encode(&s->table, &s->scratch);
   if (status < 0) return status;
+  /* Without the tracks it is not known which times are frames. */
+  if (s->configuration != FVV_CONFIGURATION_GOOD && header->size >= FVV_GEND_SIZE)
+    memcpy(s->scratch.data + FVV_GEND_FRAME_COUNT, payload + FVV_GEND_FRAME_COUNT, 4);
   if (header->time != s->group_end)
     BROKEN(GROUP_END, FVV_CHUNK_HEADER_TIME, "time is %lld, expected the group's end %lld",
            (long long)header->time, (long long)s->group_end);
@@ -274,10 +277,18 @@ static void check_list(fvv_chunk_order *s, const fvv_chunk_header *header, const
   s->suspect = 1;
 }
 
+/* Whether a critical chunk of the track concerns nobody here: its kind is not known, or nothing of its group
+ * can be decoded without the configuration. */
+static int is_ignored(const fvv_chunk_order *s, uint16_t id) {
+  const fvv_chunk_order_track *track = track_of(s, id);
+  if (s->in_group && s->configuration != FVV_CONFIGURATION_GOOD) return id != 0;
+  return track && fvv_kind_is_foreign(track->kind);
+}
+
 fvv_status fvv_chunk_order_check(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
                                  uint64_t offset, fvv_diagnostic *diagnostic) {
   const fvv_place place = fvv_chunk_place(header->type, header->flags);
-  if (place == FVV_PLACE_UNKNOWN && header->flags & FVV_FLAG_CRITICAL)
+  if (place == FVV_PLACE_UNKNOWN && header->flags & FVV_FLAG_CRITICAL && !is_ignored(s, header->track))
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_UNKNOWN_CRITICAL, header->type, offset,
                     "critical chunk of a type that this version does not know");
   fvv_status status = fvv_header_check(header, offset, diagnostic);
@@ -408,7 +419,9 @@ static fvv_status add_frame_chunk(fvv_chunk_order *s, const fvv_chunk_header *he
       }
       tracks[i].last_time = header->time;
     }
-  return fvv_group_table_add(&s->table, header);
+  const fvv_chunk_order_track *track = track_of(s, header->track);
+  const int makes_frame = fvv_makes_frame(header->type, track ? track->kind : 0, track ? track->flags : 0);
+  return fvv_group_table_add(&s->table, header, makes_frame);
 }
 
 fvv_status fvv_chunk_order_apply(fvv_chunk_order *s, const fvv_chunk_header *header, const uint8_t *payload,
@@ -434,7 +447,8 @@ fvv_status fvv_chunk_order_apply(fvv_chunk_order *s, const fvv_chunk_header *hea
     return FVV_OK;
   case FVV_CHUNK_TRACK:
     if (s->in_block && header->size >= FVV_TRAK_SIZE) {
-      const fvv_chunk_order_track track = {header->track, payload[FVV_TRAK_KIND], 0, 0, 0, 0};
+      const fvv_chunk_order_track track = {
+          header->track, payload[FVV_TRAK_KIND], payload[FVV_TRAK_FLAGS], 0, 0, 0, 0};
       status = fvv_bytes_append(&s->tracks, &track, sizeof track);
     }
     break;

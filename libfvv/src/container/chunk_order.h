@@ -20,6 +20,7 @@ typedef enum fvv_configuration_state {
 typedef struct fvv_chunk_order_track {
   uint16_t id;
   uint8_t kind;
+  uint8_t flags;    /* FVV_TRACK_FLAG_... */
   uint8_t seen;     /* a chunk of its kind was in this group */
   uint8_t laid_out; /* a TILE was in this group */
   int64_t last_time;

@@ -241,6 +241,18 @@ static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_
   return FVV_OK;
 }
 
+/* The number of frames among chunks of a group. */
+static uint32_t frames_among(fvv_file *f, size_t group, const fvv_chunk_info *chunks, size_t count) {
+  uint32_t frames = 0;
+  int64_t last = 0;
+  for (size_t c = 0; c < count; c++) {
+    if ((frames && chunks[c].time == last) || !fvv_file_makes_frame(f, group, &chunks[c])) continue;
+    frames++;
+    last = chunks[c].time;
+  }
+  return frames;
+}
+
 /* Counts the frames among the scanned chunks of each group, for groups without a usable table. */
 static void count_frames(fvv_file *f) {
   const fvv_chunk_info *chunks = (const fvv_chunk_info *)f->scanned.chunks.data;
@@ -249,15 +261,10 @@ static void count_frames(fvv_file *f) {
   size_t c = 0;
   for (size_t g = 0; g < group_count(f); g++) {
     const fvv_group_info *group = &entries[g].group;
-    uint32_t frames = 0;
-    int64_t last = 0;
     while (c < chunk_count && chunks[c].offset < group->offset) c++;
-    for (; c < chunk_count && chunks[c].offset - group->offset < group->size; c++) {
-      if (!fvv_makes_frame(chunks[c].type) || (frames && chunks[c].time == last)) continue;
-      frames++;
-      last = chunks[c].time;
-    }
-    entries[g].group.frame_count = frames;
+    const size_t begin = c;
+    while (c < chunk_count && chunks[c].offset - group->offset < group->size) c++;
+    if (c > begin) entries[g].group.frame_count = frames_among(f, g, chunks + begin, c - begin);
   }
 }
 
@@ -334,7 +341,8 @@ static fvv_status scan_group(fvv_file *file, const fvv_group_info *group, fvv_fi
   const fvv_status status = scan_range(&state, group->offset, group->size, diagnostic);
   const fvv_chunk_info *chunk = (const fvv_chunk_info *)chunks->data;
   for (size_t c = 0; c < chunks->size / sizeof *chunk; c++)
-    if (fvv_makes_frame(chunk[c].type) && (chunk[c].time < group->start || chunk[c].time >= group->end))
+    if (fvv_type_makes_frame(chunk[c].type) == 1 &&
+        (chunk[c].time < group->start || chunk[c].time >= group->end))
       chunks->size = 0;
   return status;
 }
@@ -496,6 +504,12 @@ static void release_table(fvv_file *f, fvv_file_table **table) {
   *table = NULL;
 }
 
+static void release_block(fvv_file *f, fvv_file_block *block) {
+  fvv_bytes_free(&block->chunks);
+  fvv_bytes_free(&block->tracks);
+  fvv_release(&f->allocator, block, sizeof *block);
+}
+
 void fvv_file_close(fvv_file *file) {
   if (!file) return;
   const fvv_allocator allocator = file->allocator;
@@ -503,8 +517,7 @@ void fvv_file_close(fvv_file *file) {
     release_table(file, (fvv_file_table **)file->tables.data + i);
   for (size_t i = 0; i < file->blocks.size / sizeof(fvv_file_block *); i++) {
     fvv_file_block *block = ((fvv_file_block **)file->blocks.data)[i];
-    fvv_bytes_free(&block->chunks);
-    fvv_release(&allocator, block, sizeof *block);
+    release_block(file, block);
   }
   fvv_bytes *lists[LIST_COUNT];
   lists_of(file, lists);
@@ -559,6 +572,13 @@ static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_byte
   status = fvv_group_table_decode(f->buffer.data, (size_t)header.size, group->offset, group->start,
                                   group->size - entry->end_size, &f->limits, chunks, diagnostic);
   if (status < 0) fvv_diagnostic_rebase(diagnostic, end + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_GROUP_END);
+  if (status < 0) return status;
+  const size_t number = (size_t)(entry - (const fvv_index_entry *)f->entries.data);
+  const size_t count = chunks->size / sizeof(fvv_chunk_info);
+  if (frames_among(f, number, (const fvv_chunk_info *)chunks->data, count) != group->frame_count)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_GROUP_TABLE, FVV_CHUNK_GROUP_END,
+                    end + FVV_CHUNK_HEADER_SIZE + FVV_GEND_FRAME_COUNT,
+                    "table does not match the frame count");
   return status;
 }
 
@@ -646,6 +666,14 @@ fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info, const
 /* Repetitions that are tried when the block of a group is damaged. */
 enum { REPETITIONS = 16 };
 
+/* Whether the block has declared the track with a kind that this version does not know. */
+static int is_ignored(const fvv_file_block *block, uint16_t id) {
+  const fvv_file_track *tracks = (const fvv_file_track *)block->tracks.data;
+  for (size_t i = 0; i < block->tracks.size / sizeof *tracks; i++)
+    if (tracks[i].id == id) return fvv_kind_is_foreign(tracks[i].kind);
+  return 0;
+}
+
 /* size: of the block, 0 when it is not known. */
 static fvv_status load_block(fvv_file *f, fvv_file_block *block, uint32_t size, fvv_diagnostic *diagnostic) {
   for (uint64_t offset = block->offset;;) {
@@ -667,11 +695,16 @@ static fvv_status load_block(fvv_file *f, fvv_file_block *block, uint32_t size, 
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CHUNK_PLACE, header.type, offset,
                       "a configuration block begins with SCEN");
     }
-    if (place == FVV_PLACE_UNKNOWN && header.flags & FVV_FLAG_CRITICAL)
+    if (place == FVV_PLACE_UNKNOWN && header.flags & FVV_FLAG_CRITICAL && !is_ignored(block, header.track))
       return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_UNKNOWN_CRITICAL, header.type, offset,
                       "critical chunk of a type that this version does not know");
     const fvv_chunk_info info = {offset, header.size, header.time, header.type, header.track, header.flags};
     status = fvv_bytes_append(&block->chunks, &info, sizeof info);
+    if (status == FVV_OK && header.type == FVV_CHUNK_TRACK && header.size >= FVV_TRAK_SIZE) {
+      const uint8_t *payload = f->buffer.data;
+      const fvv_file_track track = {header.track, payload[FVV_TRAK_KIND], payload[FVV_TRAK_FLAGS]};
+      status = fvv_bytes_append(&block->tracks, &track, sizeof track);
+    }
     if (status < 0) return status;
     block->crc = fvv_header_chain(block->crc, &header);
     offset += fvv_chunk_extent(header.size);
@@ -689,12 +722,11 @@ static fvv_status find_block(fvv_file *f, uint64_t offset, uint32_t size, fvv_fi
   fvv_file_block *block = fvv_allocate_zeroed(&f->allocator, sizeof *block);
   if (!block) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, offset, "out of memory");
   block->offset = offset;
-  block->chunks.allocator = f->allocator;
+  block->chunks.allocator = block->tracks.allocator = f->allocator;
   fvv_status status = load_block(f, block, size, diagnostic);
   if (status == FVV_OK) status = fvv_bytes_append(&f->blocks, &block, sizeof block);
   if (status < 0) {
-    fvv_bytes_free(&block->chunks);
-    fvv_release(&f->allocator, block, sizeof *block);
+    release_block(f, block);
     return fvv_fail(diagnostic, status, 0, 0, offset, "%s", fvv_status_text(status));
   }
   *found = block;
@@ -765,9 +797,7 @@ static fvv_status replace_block(fvv_file *f, const fvv_group_info *info, uint32_
   return note_damage(f, why);
 }
 
-fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_info **chunks, size_t *count,
-                                  fvv_diagnostic *diagnostic) {
-  fvv_diagnostic_clear(diagnostic);
+static fvv_status block_of(fvv_file *file, size_t group, fvv_file_block **found, fvv_diagnostic *diagnostic) {
   const size_t groups = group_count(file);
   if (group >= groups)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "group %zu of %zu", group, groups);
@@ -793,8 +823,29 @@ fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_
   if (!block)
     return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_GROUP,
                     info->offset, "the configuration of group %u is lost", info->sequence);
+  *found = block;
+  return FVV_OK;
+}
+
+fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_info **chunks, size_t *count,
+                                  fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  fvv_file_block *block = NULL;
+  const fvv_status status = block_of(file, group, &block, diagnostic);
+  if (status < 0) return status;
   fvv_diagnostic_clear(diagnostic);
   *chunks = (const fvv_chunk_info *)block->chunks.data;
   *count = block->chunks.size / sizeof **chunks;
   return FVV_OK;
+}
+
+int fvv_file_makes_frame(fvv_file *file, size_t group, const fvv_chunk_info *chunk) {
+  const int by_type = fvv_type_makes_frame(chunk->type);
+  if (by_type >= 0 || !chunk->track) return by_type == 1;
+  fvv_file_block *block = NULL;
+  if (block_of(file, group, &block, NULL) != FVV_OK) return 0;
+  const fvv_file_track *tracks = (const fvv_file_track *)block->tracks.data;
+  for (size_t i = 0; i < block->tracks.size / sizeof *tracks; i++)
+    if (tracks[i].id == chunk->track) return fvv_makes_frame(chunk->type, tracks[i].kind, tracks[i].flags);
+  return 0;
 }

@@ -10,12 +10,19 @@
 extern "C" {
 #endif
 
+/* What TRAK says of a track that the container itself uses. */
+typedef struct fvv_file_track {
+  uint16_t id;
+  uint8_t kind, flags;
+} fvv_file_track;
+
 /* A configuration block that was requested. */
 typedef struct fvv_file_block {
   uint64_t offset;
   uint32_t crc;       /* digest as in GRUP */
   int ended;          /* a chunk that does not belong to the block follows: nothing is missing */
   fvv_bytes chunks;   /* fvv_chunk_info */
+  fvv_bytes tracks;   /* fvv_file_track */
   fvv_diagnostic why; /* not ended: what follows the last intact chunk */
 } fvv_file_block;
 
@@ -59,6 +66,10 @@ FVV_MUST_USE fvv_status fvv_file_configuration(fvv_file *file, size_t group, con
                                                size_t *count, fvv_diagnostic *diagnostic);
 FVV_MUST_USE fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info,
                                             const uint8_t **payload, fvv_diagnostic *diagnostic);
+
+/* Whether a chunk of the group makes its time a frame (clause 11). Of a group whose configuration is lost
+ * only types say it. */
+int fvv_file_makes_frame(fvv_file *file, size_t group, const fvv_chunk_info *chunk);
 
 /* Reads the chunk at offset into the buffer and checks all of it. */
 FVV_MUST_USE fvv_status fvv_file_load(fvv_file *file, uint64_t offset, fvv_chunk_header *header,

@@ -57,6 +57,20 @@ uint8_t fvv_chunk_track_kind(uint32_t type) {
   }
 }
 
+int fvv_type_makes_frame(uint32_t type) {
+  if (type == FVV_CHUNK_MESH || type == FVV_CHUNK_VIDEO_PACKET) return 1;
+  return row_of(type, 0) ? 0 : -1;
+}
+
+int fvv_kind_is_foreign(uint8_t kind) {
+  return kind > FVV_TRACK_COLOURS;
+}
+
+int fvv_makes_frame(uint32_t type, uint8_t kind, uint8_t flags) {
+  const int by_type = fvv_type_makes_frame(type);
+  return by_type >= 0 ? by_type : fvv_kind_is_foreign(kind) && flags & FVV_TRACK_FLAG_FRAMES;
+}
+
 void fvv_header_write(fvv_chunk_header *header, uint8_t out[FVV_CHUNK_HEADER_SIZE]) {
   fvv_put_u32(out + FVV_CHUNK_HEADER_TYPE, header->type);
   out[FVV_CHUNK_HEADER_FLAGS] = header->flags;

@@ -23,10 +23,12 @@ fvv_place fvv_chunk_place(uint32_t type, uint8_t flags);
 uint8_t fvv_chunk_flags(uint32_t type);
 /* The kind of track that carries a frame type, 0 for types without such a rule. */
 uint8_t fvv_chunk_track_kind(uint32_t type);
-/* Whether a time is a frame because of a chunk of this type (clause 11). */
-static inline int fvv_makes_frame(uint32_t type) {
-  return type == FVV_CHUNK_MESH || type == FVV_CHUNK_VIDEO_PACKET;
-}
+/* Whether a chunk makes its time a frame (clause 11): 1, 0, or -1 if its track decides. */
+int fvv_type_makes_frame(uint32_t type);
+/* A kind that this version has no chunks for: the track is ignored. */
+int fvv_kind_is_foreign(uint8_t kind);
+/* kind, flags: of the track that the chunk names, 0 if it is not known. */
+int fvv_makes_frame(uint32_t type, uint8_t kind, uint8_t flags);
 
 /* Fills header_crc too. */
 void fvv_header_write(fvv_chunk_header *header, uint8_t out[FVV_CHUNK_HEADER_SIZE]);

@@ -77,8 +77,22 @@ fvv_status fvv_scene_decode(fvv_scene *scene, const uint8_t *payload, size_t siz
   return scene_check(scene, FVV_ERROR_INVALID, diagnostic);
 }
 
+/* The flags that a kind decides; *required are those that are set. Others are free on data and unknown kinds.
+ */
+static uint8_t decided_flags(uint8_t kind, uint8_t *required) {
+  *required = kind == FVV_TRACK_MESH || kind == FVV_TRACK_VIDEO ? FVV_TRACK_FLAG_FRAMES : 0;
+  const int known = kind <= FVV_TRACK_COLOURS && kind != FVV_TRACK_METADATA;
+  return known ? FVV_TRACK_FLAG_FRAMES : 0;
+}
+
 /* Which kinds may count in ticks of their own: those whose payloads have times. */
 static fvv_status track_check(const fvv_track *track, fvv_status status, fvv_diagnostic *diagnostic) {
+  uint8_t required;
+  const uint8_t decided = decided_flags(track->kind, &required);
+  if ((track->flags & decided) != required)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_TRACK_FRAMES, FVV_CHUNK_TRACK, FVV_TRAK_FLAGS,
+                    "flags of a track of kind %u are 0x%02x, expected 0x%02x", track->kind, track->flags,
+                    required);
   const fvv_rational base = track->time_base;
   const int free = (track->kind > FVV_TRACK_ENVIRONMENT && track->kind != FVV_TRACK_COLOURS);
   if (!base.numerator != !base.denominator || (base.numerator && !free))
@@ -98,12 +112,20 @@ fvv_status fvv_track_encode(const fvv_track *track, uint8_t *out, size_t capacit
       !fvv_text_valid((const uint8_t *)track->name, track->name_size, NULL))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, FVV_CHUNK_TRACK, 0,
                     "a track needs an id, a kind and a UTF-8 name of at most 65535 bytes");
-  const fvv_status status = track_check(track, FVV_ERROR_ARGUMENT, diagnostic);
+  fvv_track declared = *track;
+  uint8_t required;
+  decided_flags(track->kind, &required);
+  declared.flags |= required;
+  if (declared.flags & ~FVV_TRACK_FLAG_FRAMES)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_TRACK_PAYLOAD, FVV_CHUNK_TRACK, FVV_TRAK_FLAGS,
+                    "track flags are 0x%02x, expected 0 or 1", track->flags);
+  const fvv_status status = track_check(&declared, FVV_ERROR_ARGUMENT, diagnostic);
   if (status < 0) return status;
   *written = FVV_TRAK_SIZE + track->name_size;
   if (capacity < *written) return FVV_ERROR_BUFFER_TOO_SMALL;
   memset(out, 0, FVV_TRAK_SIZE);
   out[FVV_TRAK_KIND] = track->kind;
+  out[FVV_TRAK_FLAGS] = declared.flags;
   fvv_put_u16(out + FVV_TRAK_NAME_SIZE, (uint16_t)track->name_size);
   fvv_put_u32(out + FVV_TRAK_TIME_BASE_NUMERATOR, track->time_base.numerator);
   fvv_put_u32(out + FVV_TRAK_TIME_BASE_DENOMINATOR, track->time_base.denominator);
@@ -122,9 +144,10 @@ fvv_status fvv_track_decode(fvv_track *track, const uint8_t *payload, size_t siz
   if (size < FVV_TRAK_SIZE)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TRACK_PAYLOAD, FVV_CHUNK_TRACK, 0,
                     "payload of %zu bytes, expected at least %d", size, FVV_TRAK_SIZE);
-  if (payload[FVV_TRAK_RESERVED])
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TRACK_PAYLOAD, FVV_CHUNK_TRACK,
-                    FVV_TRAK_RESERVED, "reserved byte is not 0");
+  track->flags = payload[FVV_TRAK_FLAGS];
+  if (track->flags & ~FVV_TRACK_FLAG_FRAMES)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TRACK_PAYLOAD, FVV_CHUNK_TRACK, FVV_TRAK_FLAGS,
+                    "track flags are 0x%02x, expected 0 or 1", track->flags);
   track->time_base.numerator = fvv_get_u32(payload + FVV_TRAK_TIME_BASE_NUMERATOR);
   track->time_base.denominator = fvv_get_u32(payload + FVV_TRAK_TIME_BASE_DENOMINATOR);
   track->alternate_group = fvv_get_u16(payload + FVV_TRAK_ALTERNATE_GROUP);
@@ -357,7 +380,7 @@ static fvv_status kind_of(fvv_group_table *table, const fvv_chunk_header *header
   return status;
 }
 
-fvv_status fvv_group_table_add(fvv_group_table *table, const fvv_chunk_header *header) {
+fvv_status fvv_group_table_add(fvv_group_table *table, const fvv_chunk_header *header, int makes_frame) {
   uint32_t kind = 0;
   fvv_status status = kind_of(table, header, &kind);
   if (status < 0) return status;
@@ -371,7 +394,7 @@ fvv_status fvv_group_table_add(fvv_group_table *table, const fvv_chunk_header *h
   size += fvv_put_uleb(entry + size, fvv_zigzag(signed_delta));
   status = fvv_bytes_append(&table->entries, entry, size);
   if (status < 0) return status;
-  if (fvv_makes_frame(header->type) && (!table->frame_count || header->time != table->frame_time)) {
+  if (makes_frame && (!table->frame_count || header->time != table->frame_time)) {
     table->frame_count++;
     table->frame_time = header->time;
   }
@@ -426,8 +449,6 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
   const uint8_t *rows = payload + FVV_GEND_SIZE;
   fvv_cursor cursor = {payload, size, FVV_GEND_SIZE + (size_t)kinds * FVV_GEND_KIND_SIZE, 0};
   uint64_t offset = fvv_chunk_extent(FVV_GRUP_SIZE), time = (uint64_t)group_start;
-  uint32_t frames = 0;
-  int64_t frame_time = 0;
   for (uint32_t i = 1; i < chunks; i++) {
     const uint64_t kind = fvv_cursor_uleb(&cursor), payload_size = fvv_cursor_uleb(&cursor);
     time += (uint64_t)fvv_unzigzag(fvv_cursor_uleb(&cursor));
@@ -443,16 +464,10 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
     info.type = fvv_get_u32(row + FVV_GEND_KIND_TYPE);
     info.track = fvv_get_u16(row + FVV_GEND_KIND_TRACK);
     info.flags = row[FVV_GEND_KIND_FLAGS];
-    if (fvv_makes_frame(info.type) && (!frames || info.time != frame_time)) {
-      frames++;
-      frame_time = info.time;
-    }
     status = fvv_bytes_append(out, &info, sizeof info);
     if (status < 0) return status;
     offset += fvv_chunk_extent(payload_size);
   }
-  if (frames != fvv_get_u32(payload + FVV_GEND_FRAME_COUNT))
-    return bad_table(diagnostic, FVV_GEND_FRAME_COUNT, "table does not match the frame count");
   if (cursor.position != size || offset != chunks_size)
     return bad_table(diagnostic, cursor.position, "table does not match the size of the group");
   return FVV_OK;

@@ -60,14 +60,15 @@ void fvv_group_table_free(fvv_group_table *table);
 void fvv_group_table_begin(fvv_group_table *table, const fvv_chunk_header *group, uint32_t sequence);
 /* 0: the chunk would be of one kind more than a group may have. */
 int fvv_group_table_has_room(const fvv_group_table *table, const fvv_chunk_header *header);
-/* FVV_ERROR_LIMIT: more kinds than a group may have. */
-FVV_MUST_USE fvv_status fvv_group_table_add(fvv_group_table *table, const fvv_chunk_header *header);
+/* makes_frame: the chunk makes its time a frame. FVV_ERROR_LIMIT: more kinds than a group may have. */
+FVV_MUST_USE fvv_status fvv_group_table_add(fvv_group_table *table, const fvv_chunk_header *header,
+                                            int makes_frame);
 /* The GEND payload for what was added, replacing what out holds. */
 FVV_MUST_USE fvv_status fvv_group_table_encode(const fvv_group_table *table, fvv_bytes *out);
 
 /* Lists the chunks of a GEND payload: out receives an array of fvv_chunk_info with absolute offsets,
  * group_offset being the GRUP header's; checks every bound, that the chunks fill group_size and that the
- * payload is whole. */
+ * payload is whole. Which of them make frames is for the caller, who knows the tracks. */
 FVV_MUST_USE fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t group_offset,
                                                int64_t group_start, uint64_t chunks_size,
                                                const fvv_limits *limits, fvv_bytes *out,

@@ -270,19 +270,24 @@ static void reach(fvv_check_summary *summary, int64_t time, int64_t frame_durati
   if (summary->groups && end > summary->end) summary->end = end;
 }
 
-/* A chunk of a track; begins: it is the first at its time. */
-static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int begins) {
-  const fvv_chunk_header *header = &event->chunk;
-  if (!header->track) return FVV_OK;
+/* begins: the chunk is the first at its time. */
+static void count_time(fvv_checker *c, const fvv_chunk_header *header, int begins) {
   if (begins) {
     c->frame_good = 1;
     c->frame_counted = 0;
   }
-  if (fvv_makes_frame(header->type) && !c->frame_counted) {
-    c->frame_counted = 1;
-    c->summary.frames++;
-    reach(&c->summary, header->time, c->configuration ? c->configuration->scene.frame_duration : 0);
-  }
+  if (c->frame_counted || !fvv_configuration_makes_frame(c->configuration, header->type, header->track))
+    return;
+  c->frame_counted = 1;
+  c->summary.frames++;
+  reach(&c->summary, header->time, c->configuration ? c->configuration->scene.frame_duration : 0);
+}
+
+/* A chunk of a track; begins: it is the first at its time. */
+static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int begins) {
+  const fvv_chunk_header *header = &event->chunk;
+  if (!header->track) return FVV_OK;
+  count_time(c, header, begins);
   c->summary.payload_bytes += header->size;
   checked_track *track;
   const fvv_status found = find_track(c, header->track, &track);
@@ -319,8 +324,9 @@ static fvv_status judge_audio_codec(fvv_checker *c, const fvv_event *event) {
 static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_time) {
   c->summary.chunks++;
   if (event->chunk.type == FVV_CHUNK_AUDIO_CONFIG) return judge_audio_codec(c, event);
-  if (fvv_chunk_place(event->chunk.type, event->chunk.flags) == FVV_PLACE_FRAME)
-    return take_frame_chunk(c, event, begins_time);
+  const fvv_place place = fvv_chunk_place(event->chunk.type, event->chunk.flags);
+  if (place == FVV_PLACE_FRAME) return take_frame_chunk(c, event, begins_time);
+  if (place == FVV_PLACE_UNKNOWN && event->chunk.track) count_time(c, &event->chunk, begins_time);
   if (event->chunk.type == FVV_CHUNK_SCENE) c->summary.configurations++;
   if (event->chunk.type == FVV_CHUNK_GROUP && !c->summary.groups++)
     c->summary.start = c->summary.end = event->chunk.time;

@@ -403,6 +403,11 @@ const fvv_track *fvv_configuration_track(const fvv_configuration *configuration,
   return NULL;
 }
 
+int fvv_configuration_makes_frame(const fvv_configuration *configuration, uint32_t type, uint16_t id) {
+  const fvv_track *track = configuration && id ? fvv_configuration_track(configuration, id) : NULL;
+  return fvv_makes_frame(type, track ? track->kind : 0, track ? track->flags : 0);
+}
+
 const fvv_camera *fvv_configuration_camera(const fvv_configuration *configuration, uint16_t id) {
   for (size_t i = 0; i < configuration->camera_count; i++)
     if (configuration->cameras[i].id == id) return &configuration->cameras[i];

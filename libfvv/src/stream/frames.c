@@ -49,6 +49,7 @@ struct fvv_frames {
   uint32_t lacked[LACKED_BLOCKS];
   size_t lacked_count;
   int block_open, block_bad, has_digest;
+  int in_block;     /* no chunk of a group has come since SCEN */
   int block_hurt;   /* something was lost or wrong in the block that arrives */
   int block_silent; /* it was reported that an audio track has no configuration */
   open_frame frame;
@@ -58,6 +59,7 @@ struct fvv_frames {
   int spared;         /* damage of the group was reported that costs no frame */
   fvv_event event;    /* that was read, and is not processed yet */
   fvv_place place;    /* of its chunk; FVV_PLACE_UNKNOWN for events of other kinds as well */
+  int is_foreign;     /* its chunk is of an unknown type and makes a frame all the same */
   int is_listed;      /* all chunks of the open group up to it are known by their headers */
   int has_event, is_reported, is_finished;
   fvv_status failed; /* out of memory */
@@ -74,7 +76,8 @@ fvv_status fvv_frames_seek(fvv_frames *frames, uint64_t offset, const fvv_config
   f->source = NULL;
   f->configuration = configuration;
   f->lost = 1;
-  f->block_open = f->block_bad = f->has_digest = f->in_group = f->has_event = f->is_finished = 0;
+  f->block_open = f->in_block = f->block_bad = f->has_digest = f->in_group = f->has_event = f->is_finished =
+      0;
   f->failed = FVV_OK;
   f->frame.is_open = f->frame.is_over = f->spared = 0;
   f->lacked_count = f->hurt.size = 0;
@@ -175,7 +178,7 @@ static void report_stop(const fvv_diagnostic *diagnostic, uint64_t offset, fvv_f
 static fvv_status add_configuration(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
   if (event->chunk.type == FVV_CHUNK_SCENE) {
-    f->block_open = 1;
+    f->block_open = f->in_block = 1;
     f->block_bad = f->block_hurt = f->block_silent = 0;
     f->block_offset = event->offset;
     f->block_digest = 0;
@@ -295,6 +298,11 @@ static int is_frame_chunk(const fvv_frames *f) {
   return f->place == FVV_PLACE_FRAME && f->event.chunk.track;
 }
 
+/* Whether the time of the current event's chunk is a frame because of it. */
+static int makes_frame(const fvv_frames *f) {
+  return fvv_configuration_makes_frame(f->configuration, f->event.chunk.type, f->event.chunk.track);
+}
+
 static int has_track(const fvv_bytes *tracks, uint16_t track) {
   const uint16_t *ids = (const uint16_t *)tracks->data;
   for (size_t i = 0; i < tracks->size / sizeof *ids; i++)
@@ -410,7 +418,7 @@ static void open_frame_of(fvv_frames *f) {
     frame->offset = event->offset;
     frame->chunks.size = frame->payloads.size = 0;
   }
-  frame->makes_frame |= fvv_makes_frame(event->chunk.type);
+  frame->makes_frame |= makes_frame(f);
 }
 static void pass_over_chunk(fvv_frames *f) {
   const open_frame *frame = &f->frame;
@@ -423,7 +431,7 @@ static fvv_status add_frame_chunk(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
   open_frame *frame = &f->frame;
   if (f->lost && !f->analyses) return FVV_OK;
-  if (is_passed_over(f, event->chunk.track)) {
+  if (f->is_foreign || is_passed_over(f, event->chunk.track)) {
     pass_over_chunk(f);
     return FVV_OK;
   }
@@ -532,7 +540,8 @@ static fvv_status work_off(fvv_frames *f, fvv_frames_event *out) {
   }
   if (event->kind != FVV_EVENT_CHUNK) return FVV_OK;
   /* The digest of a block counts chunks of types that this version does not know, too. */
-  if (f->place == FVV_PLACE_UNKNOWN) f->block_digest = fvv_header_chain(f->block_digest, &event->chunk);
+  if (f->place == FVV_PLACE_UNKNOWN && f->in_block)
+    f->block_digest = fvv_header_chain(f->block_digest, &event->chunk);
   if (f->place == FVV_PLACE_CONFIGURATION) return add_configuration(f, out);
   if (is_frame_chunk(f)) return add_frame_chunk(f, out);
   if (event->chunk.type == FVV_CHUNK_GROUP) begin_group(f, out);
@@ -567,6 +576,10 @@ static fvv_status read_event(fvv_frames *f, fvv_frames_event *out, fvv_diagnosti
     /* A damaged chunk of a group that is listed ends the frame before it as an intact one does. */
     if (f->event.kind == FVV_EVENT_CHUNK || (f->event.kind == FVV_EVENT_DAMAGE && f->is_listed))
       f->place = fvv_chunk_place(f->event.chunk.type, f->event.chunk.flags);
+    if (f->place == FVV_PLACE_FRAME || f->place == FVV_PLACE_GROUP) f->in_block = 0;
+    f->is_foreign =
+        !f->in_block && f->event.kind == FVV_EVENT_CHUNK && f->place == FVV_PLACE_UNKNOWN && makes_frame(f);
+    if (f->is_foreign) f->place = FVV_PLACE_FRAME;
     if (f->event.kind != FVV_EVENT_CHUNK || f->event.group_intact || f->is_listed) return FVV_OK;
     if (f->spared && f->in_group && !f->lost && f->place != FVV_PLACE_CONFIGURATION)
       report_more_damage(f, out);

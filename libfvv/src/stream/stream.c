@@ -84,7 +84,7 @@ static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, f
   for (size_t i = 0, end; i < count && !found->count; i = end) {
     int is_frame = 0;
     for (end = i; end < count && chunks[end].time == chunks[i].time; end++)
-      is_frame |= fvv_makes_frame(chunks[end].type);
+      is_frame |= fvv_file_makes_frame(s->file, group, &chunks[end]);
     if (!is_frame || left--) continue;
     found->chunks = chunks + i;
     found->count = end - i;

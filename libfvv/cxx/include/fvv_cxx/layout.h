@@ -50,7 +50,7 @@ inline constexpr size_t size = 56;
 // TRAK payload, clause 5.2
 namespace trak {
 inline constexpr size_t kind = 0;
-inline constexpr size_t reserved = 1;
+inline constexpr size_t flags = 1;
 inline constexpr size_t name_size = 2;
 inline constexpr size_t time_base_numerator = 4;
 inline constexpr size_t time_base_denominator = 8;
