@@ -32,25 +32,33 @@ class Bytes:
         return len(self.data) - self.at
 
 
-def parameter_sets(record, count, kind, nal_kind):
+def parameter_sets(record, count, kind, least, nal_kind):
+    """least: bytes that one has."""
     for _ in range(count):
         unit = record.take(record.u16())
-        well_formed(unit and nal_kind(unit) == kind, f"a NAL unit that is none of type {kind}")
+        well_formed(len(unit) >= least and nal_kind(unit) == kind, f"a NAL unit that is none of type {kind}")
+
+
+def with_reserved(byte, bits):
+    """The lowest bits of a byte whose others are reserved and 1."""
+    well_formed(byte >> bits == 0xFF >> bits, "reserved bits")
+    return byte & (1 << bits) - 1
 
 
 def avc(data, string, depth):
     record = Bytes(data)
     well_formed(record.u8() == 1, "version")
     profile, constraints, level = record.take(3)
-    well_formed(record.u8() & 3 == 3, "lengthSizeMinusOne")
-    for mask, kind in (31, 7), (255, 8):
-        count = record.u8() & mask
+    well_formed(record.u8() == 0xFF, "reserved bits, or lengthSizeMinusOne")
+    for bits, kind, least in (5, 7, 4), (8, 8, 2):
+        count = with_reserved(record.u8(), bits)
         well_formed(count > 0, "no parameter set")
-        parameter_sets(record, count, kind, lambda unit: unit[0] & 31)
+        parameter_sets(record, count, kind, least, lambda unit: unit[0] & 31)
     if record.left() and profile not in (66, 77, 88):
-        _, luma, chroma = (x & 7 for x in record.take(3))
+        with_reserved(record.u8(), 2)  # chroma format
+        luma, chroma = (with_reserved(x, 3) for x in record.take(2))
         well_formed(luma == chroma == depth - 8, "bit depths")
-        parameter_sets(record, record.u8(), 13, lambda unit: unit[0] & 31)
+        parameter_sets(record, record.u8(), 13, 2, lambda unit: unit[0] & 31)
     elif profile in AVC_WITHOUT_DEPTHS:
         well_formed(depth == 8, f"profile {profile} with {depth} bits")
     well_formed(not record.left(), "bytes after the record")
@@ -73,19 +81,20 @@ def hevc(data, string, depth):
     well_formed(general >> 6 == 0, "general_profile_space")
     compatibility = int.from_bytes(record.take(4), "big")
     constraints, level = record.take(6), record.u8()
-    record.take(4)  # segmentation, parallelism, chroma format
-    luma, chroma = (x & 7 for x in record.take(2))
+    for bits in 4, None, 2, 2:  # segmentation of two bytes, parallelism, chroma format
+        byte = record.u8()
+        if bits:
+            with_reserved(byte, bits)
+    luma, chroma = (with_reserved(x, 3) for x in record.take(2))
     well_formed(luma == chroma == depth - 8, "bit depths")
     record.take(2)  # frame rate
     well_formed(record.u8() & 3 == 3, "lengthSizeMinusOne")
     well_formed(record.u8() == 3, "arrays")
     for kind in 32, 33, 34:
-        well_formed(
-            record.u8() & 0xBF == 0x80 | kind, f"an array that is not complete, or not of type {kind}"
-        )
+        well_formed(record.u8() == 0x80 | kind, f"an array that is not complete, or not of type {kind}")
         count = record.u16()
         well_formed(count > 0, "an empty array")
-        parameter_sets(record, count, kind, lambda unit: unit[0] >> 1 & 63)
+        parameter_sets(record, count, kind, 3, lambda unit: unit[0] >> 1 & 63)
     well_formed(not record.left(), "bytes after the record")
     wanted = hevc_string(general, compatibility, constraints, level)
     tier = len(b"hvc1")  # only hexadecimal digits may have either case
