@@ -11,7 +11,7 @@ const decoder = join(here, "../decoder/dist");
 
 /** scripts: one or several scripts of pages; files: copied as they are. The worker is a separate script that shares chunks. */
 export async function bundle(scripts, files, out) {
-  const pages = [scripts].flat().map((script) => [basename(script, ".js"), script]);
+  const pages = [scripts].flat().map((script) => [basename(script).replace(/\.jsx?$/, ""), script]);
   mkdirSync(out, { recursive: true });
   await build({
     entryPoints: { ...Object.fromEntries(pages), worker: join(decoder, "worker.js") },
@@ -20,6 +20,7 @@ export async function bundle(scripts, files, out) {
     splitting: true,
     minify: true,
     target: "es2022",
+    jsx: "automatic",
     // For scripts in other folders, such as bench.
     nodePaths: [join(here, "../node_modules")],
     outdir: out,

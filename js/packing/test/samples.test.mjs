@@ -43,7 +43,8 @@ test("samples of the READMEs have the types of the packages", () => {
     mkdirSync(join(folder, "node_modules/@fvv"), { recursive: true });
     const link = (name, target) => symlinkSync(join(js, target), join(folder, "node_modules", name));
     for (const name of NAMES) link(`@fvv/${name}`, name);
-    for (const name of ["react", "react-dom", "three", "@types", "opus-decoder"]) link(name, `node_modules/${name}`);
+    for (const name of ["react", "react-dom", "three", "@react-three", "@types", "opus-decoder"])
+      link(name, `node_modules/${name}`);
     const files = PACKAGES.flatMap((name) => {
       const text = readFileSync(join(js, name, "README.md"), "utf8");
       return [...text.matchAll(/```(?:js|ts|tsx|jsx)\n([^]*?)```/g)].map(([, code], i) => {

@@ -44,9 +44,9 @@ export abstract class FrameObject<Events extends Object3DEventMap = Object3DEven
   readonly mesh: Mesh;
   /**
    * Another object that shows what this one shows, for another place: nothing is decoded or uploaded for it again. It has the
-   * coordinates of the stream, and one child, a mesh.
+   * coordinates of the stream, and one child, a mesh. dispose() takes it away.
    */
-  instance(): Object3D;
+  instance(): Object3D & { dispose(): void };
   /** Shows nothing until the next frame. */
   vacate(): void;
   dispose(): void;

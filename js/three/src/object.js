@@ -52,8 +52,8 @@ export class FrameObject extends Object3D {
   }
 
   /**
-   * Another mesh that shows what the object shows, for another place of the scene: nothing is decoded or uploaded for it again. Its
-   * parent has the coordinates of the stream, as the object has.
+   * Another object that shows what this one shows, for another place of the scene: nothing is decoded or uploaded for it again. It has
+   * the coordinates of the stream, as this one has. Its dispose() takes it away.
    */
   instance() {
     const parent = new Object3D();
@@ -61,6 +61,10 @@ export class FrameObject extends Object3D {
     const { visible, castShadow, receiveShadow, position } = this.mesh;
     Object.assign(mesh, { visible, castShadow, receiveShadow });
     mesh.position.copy(position);
+    parent.dispose = () => {
+      this.#meshes = this.#meshes.filter((one) => one !== mesh);
+      parent.removeFromParent();
+    };
     return parent.add(mesh);
   }
 

@@ -109,6 +109,14 @@ describe("clips", { skip: missingBrowser("chromium") }, () => {
         assert.ok(both > 0.9 * alone, `${alone} and ${both} pixels`);
         assert.ok(inFront > 5000 && behind > 1000 && behind < 0.5 * inFront, `${inFront} before, ${behind} behind`);
       });
+      // three's splats need WebGPURenderer.
+      if (kind !== "webgl")
+        check("three's splats and a clip hide each other", async () => {
+          const { before: inFront, behind } = await call("drawSplats", kind, "/clip.fvv");
+          assert.ok(inFront.clip < 100, `${inFront.clip} pixels of the clip through splats before it`);
+          assert.ok(behind.clip > 4000, `${behind.clip} pixels of the clip before splats`);
+          assert.ok(behind.wall > 20000 && inFront.wall > 60000, JSON.stringify({ inFront, behind }));
+        });
       check("the static environment", async () => {
         const { meshes, withIt, without } = await call("drawEnvironment", kind, "/studio.fvv");
         assert.ok(meshes >= 2 && withIt > 2 * without, JSON.stringify({ meshes, withIt, without }));

@@ -19,6 +19,9 @@ import {
   Vector3,
 } from "three";
 
+import { GaussianSplat } from "three/addons/objects/GaussianSplat.js";
+import { createGaussianSplatGeometry } from "three/addons/utils/GaussianSplatUtils.js";
+
 import { drawn, rendererOf } from "./renderers.js";
 
 const size = { width: 320, height: 240 };
@@ -227,6 +230,40 @@ window.drawTwo = async (kind, src, other) => {
   };
   scene.add(box);
   return { alone, both, before: await magenta(1.5), behind: await magenta(-2) };
+};
+
+/**
+ * A wall of three's splats across the view, before the clip and behind it: pixels of the wall's colour, and of the clip's, which are
+ * neither that nor black.
+ */
+window.drawSplats = async (kind, src) => {
+  const view = await stage(kind, src);
+  const { scene } = view;
+  const side = 40;
+  const centers = new Float32Array(3 * side * side);
+  const covariances = new Float32Array(6 * side * side);
+  for (let i = 0; i < side * side; i++) {
+    centers.set([((i % side) - side / 2) / 10, Math.floor(i / side) / 10 - 1, 0], 3 * i);
+    covariances.set([0.01, 0, 0, 0.01, 0, 0.0001], 6 * i);
+  }
+  const colors = Uint8Array.from({ length: 4 * side * side }, (_, i) => (i % 4 === 1 ? 0 : 255));
+  const splats = new GaussianSplat(createGaussianSplatGeometry(centers, covariances, colors));
+  scene.add(splats);
+  const counted = async (z) => {
+    splats.position.z = z;
+    let data;
+    // Splats are sorted after they were drawn first.
+    for (let i = 0; i < 3; i++) data = await picture(view);
+    let [wall, clip] = [0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      const isWall = data[i] > 200 && data[i + 1] < 40 && data[i + 2] > 200;
+      wall += isWall;
+      clip += !isWall && data[i + 1] > 40;
+    }
+    return { wall, clip };
+  };
+  const [before, behind] = [await counted(1.5), await counted(-1.5)];
+  return { before, behind };
 };
 
 /** The static environment: the number of its meshes, and the pixels that it covers. */
