@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, demo, memory, house, cli, demux, draco, fast, delta, visibility, container, sweep,
-import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, pick, measure, view, look, ladder, chaos, settle, player, three, gpu, sound, npm, docs, site, python,
+import, inputs, live, calibration, clip, track, codecs, meshonly, serve, picture, spend, js, pick, measure, analysis, view, look, ladder, chaos, settle, player, three, gpu, sound, npm, docs, site, python,
 hypothesis, distributed, hull, calibrate, chain, surfaces, conformance, golden, mutants, spec.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -502,6 +502,7 @@ PARTS = {
     "spend": spent,
     "js": js,
     "pick": pick,
+    "analysis": analysis_figures.tools_bytes,
     "measure": lambda: analysis_figures.measured(tool, WORK),
     "view": view,
     "look": look,

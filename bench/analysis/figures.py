@@ -27,6 +27,16 @@ def node(script, *paths):
     return json.loads(done.stdout)
 
 
+def tools_bytes():
+    """What a page loads for the attribute `tools` of <fvv-player>, with brotli."""
+    if not can_run("analysis"):
+        return {}
+    if not (ROOT / "js/node_modules/esbuild").exists():
+        print("analysis.* is left out: no esbuild (npm ci in js)")
+        return {}
+    return {"analysis.brotli_bytes": node(ROOT / "js/player/sizes.mjs")["brotli"]}
+
+
 def measured(tool, work):
     """Centres of objects, picked places, heights and speeds of the practice scene, packed with errors of 0.05 to 1 px, beside its unchanged meshes
     (measure.mjs). The figures are those of the default error; coverage is that of the kind with the least."""

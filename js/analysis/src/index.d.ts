@@ -38,6 +38,9 @@ export interface Pick {
   camera: number | null;
 }
 
+/** What pointOf needs of a pick. */
+export type PickedPlace = Omit<Pick, "time" | "frame" | "barycentric" | "distance" | "object" | "touching" | "camera">;
+
 /** What a ray meets first of the meshes of a frame; null: nothing. The first pick of a mesh builds its hierarchy. */
 export function pick(frame: Frame, ray: Ray): Pick | null;
 
@@ -121,6 +124,10 @@ export class ObjectPaths {
   find(name: string): number | null;
   /** The centre at a time, in ticks, as the stream gives its path; null: it is not in the scene. */
   centreOf(id: number, time: bigint | number): Vector | null;
+  /** The places that the stream gives of it. */
+  pathOf(id: number): { time: bigint; centre: Vector }[];
+  /** Metres by which the coordinates of places are rounded at most. */
+  readonly rounding: number;
   /** The objects that are one piece with an object at a time, with itself. */
   together(id: number, time: bigint | number): number[];
   /** The objects that a piece with a centre is. */
@@ -151,11 +158,23 @@ export function meshErrorOf(configuration: { readonly metadata: Configuration["m
  * the place. hull: the meshes are visual hulls; by how much they bulge is estimated from the directions of the cameras. How exactly
  * somebody points is not contained.
  */
-export function pointUncertainty(frame: Frame, picked: Pick, options?: { hull?: boolean }): number | null;
+export function pointUncertainty(frame: Frame, picked: PickedPlace, options?: { hull?: boolean }): number | null;
 /** A pick as a point; null as pointUncertainty. */
-export function pointOf(frame: Frame, picked: Pick, options?: { hull?: boolean }): Point | null;
+export function pointOf(frame: Frame, picked: PickedPlace, options?: { hull?: boolean }): Point | null;
 /** The centre of an object in a frame; null: it is not there, touches others, is in several pieces, or its uncertainty is unknown. */
 export function centreOf(frame: Frame, id: number): Point | null;
+
+/** The centre of an object over the whole stream, by the path that the stream gives, without decoding. frame: any, for what its cameras see. null in place of a
+ * point where the object touches others; an empty list: there are no objects, or nothing is known of their uncertainty. */
+export function pathOf(frame: Frame, id: number): ((Point & { time: bigint; seconds: number }) | null)[];
+
+/** A place of the surface that is followed while the meshes keep their faces, as within a group, and over several if they are tracked. */
+export class SurfacePoint {
+  /** picked: found in the frame by a ray from origin. */
+  constructor(frame: Frame, picked: Pick, origin: readonly number[]);
+  /** The same place in another frame, as pointOf takes it; null: the faces are others. */
+  in(frame: Frame): PickedPlace | null;
+}
 
 /** Metres. */
 export function distance(a: Point, b: Point): Measurement;

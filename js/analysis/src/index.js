@@ -10,9 +10,11 @@ export {
   height,
   meshErrorOf,
   motion,
+  pathOf,
   pointOf,
   pointUncertainty,
 } from "./measure.js";
 export { ObjectPaths, objectsOf, piecesOfFrame } from "./objects.js";
 export { pick, rayThrough } from "./pick.js";
+export { SurfacePoint } from "./surface_point.js";
 export { SurfaceTree, treeOf } from "./surface_tree.js";

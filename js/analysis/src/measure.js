@@ -3,7 +3,7 @@
 
 import { add, dot, length, scale, subtract, unit } from "@fvv/shading";
 
-import { metadataOf, piecesOfFrame } from "./objects.js";
+import { metadataOf, objectsOf, piecesOfFrame } from "./objects.js";
 import { pixelOf } from "./camera_weights.js";
 import { originOf } from "./pieces.js";
 import { treeOf } from "./surface_tree.js";
@@ -100,6 +100,26 @@ export function centreOf(frame, id) {
   const position = pieces[0].centre;
   const deviation = meshDeviation(frame, position);
   return deviation === null ? null : { position, uncertainty: CENTRE_PART * SIGMAS * deviation };
+}
+
+/**
+ * The centre of an object over the whole stream as the stream gives its path, points with {time, seconds}: those of centreOf without
+ * decoding, and a little less exact. frame: any, for what its cameras see. null in place of a point where the object touches others; an empty
+ * list: the stream names no objects, or nothing is known of their uncertainty.
+ */
+export function pathOf(frame, id) {
+  const objects = objectsOf(frame.configuration);
+  const { numerator, denominator } = frame.configuration.timeBase;
+  const points = [];
+  for (const { time, centre } of objects?.pathOf(id) ?? []) {
+    const deviation = meshDeviation(frame, centre);
+    if (deviation === null) return [];
+    const uncertainty = root(CENTRE_PART * SIGMAS * deviation, SIGMAS * objects.rounding);
+    const alone = objects.together(id, time).length === 1;
+    const seconds = (Number(time) * numerator) / denominator;
+    points.push(alone ? { time, seconds, position: centre, uncertainty } : null);
+  }
+  return points;
 }
 
 /** The distance of two points: {value, uncertainty} in metres. */

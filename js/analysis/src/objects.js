@@ -67,6 +67,8 @@ export class ObjectPaths {
   /** value: of the key `objects`, as the registry describes it. */
   constructor({ step, origin, unit, list, touching, splits }) {
     this.#step = step;
+    /** Metres by which the coordinates of places are rounded at most. */
+    this.rounding = unit / 2;
     for (const { id, name = "", of = id, radius, path } of list)
       this.#objects.set(id, { id, name, of, radius, places: placesOf(path, origin, unit) });
     this.#touching = touching.map(({ objects, from, to, sure = true }) => ({ objects, from, to, sure }));
@@ -97,6 +99,13 @@ export class ObjectPaths {
     if (!before || !after) return null;
     const part = at - Math.floor(at);
     return before.map((x, k) => x + part * (after[k] - x));
+  }
+  /** The places that the stream gives of an object, [{time, centre}] in ticks and metres. */
+  pathOf(id) {
+    const places = this.#objects.get(id)?.places;
+    if (!places) throw new RangeError(`no object has the identifier ${id}`);
+    // Indices without a place are left out.
+    return Object.entries(places).map(([i, centre]) => ({ time: BigInt(i) * BigInt(this.#step), centre }));
   }
   /** The objects that are one piece with an object at a time, in the order of the stream; [id] if it is alone. */
   together(id, time) {

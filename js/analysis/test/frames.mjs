@@ -36,7 +36,13 @@ export function frameOf(cases, names, metadata = []) {
     mesh: meshes[0],
     cameras,
     visibility: [],
-    configuration: { videos: [{ track: 9 }], texturing: cases.texturing, metadata, upAxis: "y" },
+    configuration: {
+      timeBase: { numerator: 1, denominator: 4 },
+      videos: [{ track: 9 }],
+      texturing: cases.texturing,
+      metadata,
+      upAxis: "y",
+    },
     tiles: () => cameras.map(tile),
   };
 }

@@ -82,6 +82,38 @@ test("a camera that no tile shows says nothing of sharpness, and one that is sho
   assert.equal(analysis.pointUncertainty({ ...frame, cameras: [] }, picked), null);
 });
 
+for (const { id, mesh_error: stated, uncertainty, expected } of cases.objects.paths)
+  test(`points of a path, with ${stated ? "" : "no "}uncertainty`, () => {
+    const texts = [JSON.stringify({ objects: cases.objects.value }), JSON.stringify({ mesh_error: stated })];
+    const found = analysis.pathOf(frameOf(cases, ["box"], texts), id);
+    assert.equal(found.length, expected.length);
+    found.forEach((point, i) => {
+      const { time, position } = expected[i];
+      if (position === null) return assert.equal(point, null);
+      assert.deepEqual([Number(point.time), point.seconds], [time, time / 4]);
+      assert.ok(position.every((x, k) => Math.abs(x - point.position[k]) < 2e-9));
+      assertNear(point.uncertainty, uncertainty);
+    });
+    assert.deepEqual(analysis.pathOf(frameOf(cases, ["box"]), id), []);
+  });
+
+test("a place is followed while the faces stay", () => {
+  const frame = frameOf(cases, ["box"], ['{"mesh_error":{"vertex":0.001,"metres":0.01}}']);
+  const [{ ray }] = cases.picks;
+  const picked = analysis.pick(frame, ray);
+  const place = new analysis.SurfacePoint(frame, picked, ray.origin);
+  const moved = frameOf(cases, ["box"], frame.configuration.metadata);
+  moved.meshes[0].localPositions = moved.meshes[0].localPositions.map((x, i) => (i % 3 === 1 ? x + 0.5 : x));
+  const found = place.in(moved);
+  assert.ok(found.position.every((x, k) => Math.abs(x - picked.position[k] - (k === 1 ? 0.5 : 0)) < 1e-6));
+  assert.ok(found.normal.every((x, k) => Math.abs(x - picked.normal[k]) < 1e-6));
+  assert.ok(analysis.pointOf(moved, found).uncertainty > 0);
+  moved.meshes[0].faces = moved.meshes[0].faces.slice().reverse();
+  assert.equal(place.in({ ...moved, meshes: [{ ...moved.meshes[0] }] }), null, "other faces");
+  assert.equal(place.in(frameOf(cases, ["plate"])), null, "another mesh");
+  assert.equal(place.in({ ...moved, meshes: [] }), null, "no mesh");
+});
+
 test("comma-separated values", () => {
   const rows = [
     { time: 0n, "a, b": { value: 1.5, uncertainty: 0.1 }, who: 'the "ball"' },

@@ -9,6 +9,7 @@ import { Sound } from "./playback/sound.js";
 import { ViewpointTracks } from "./playback/viewpoint_tracks.js";
 import { Stage } from "./stage.js";
 import { Surroundings } from "./surroundings.js";
+import { TOOLS, ToolsEntry } from "./tools/entry.js";
 import { Interface } from "./ui/interface.js";
 import { styleSheets } from "./ui/style.js";
 import { element } from "./ui/widgets.js";
@@ -40,6 +41,7 @@ export class FvvPlayer extends ViewpointElement {
     "pixel-ratio",
     "quality",
     "rung",
+    "tools",
     "aria-label",
     ...VIEW_ATTRIBUTES,
   ];
@@ -65,6 +67,7 @@ export class FvvPlayer extends ViewpointElement {
   #loading = false;
   #bookmarks = null;
   #immersive = null;
+  #tools = null;
   #unsupported = false; // a codec of the source
   #lost = []; // codecs of videos without a picture
   #outage = null;
@@ -134,6 +137,11 @@ export class FvvPlayer extends ViewpointElement {
       this.dispatchEvent(new Event("optionschange"));
     });
     this.#bookmarks = new Bookmarks(this, signal);
+    this.#tools = new ToolsEntry(
+      { player: this, root: this.#parts, surface: this.#surface, scene: this.#scene },
+      signal,
+    );
+    this.#apply("tools");
     this.load();
   }
 
@@ -149,6 +157,7 @@ export class FvvPlayer extends ViewpointElement {
   adoptedCallback() {
     const { defaultView: view } = this.ownerDocument;
     if (view) this.shadowRoot.adoptedStyleSheets = styleSheets(view);
+    this.#tools?.open?.adopt();
   }
 
   #leave() {
@@ -225,6 +234,7 @@ export class FvvPlayer extends ViewpointElement {
     this._stage.addEventListener("begin", () => this.#begin());
     this._stage.addEventListener("options", () => this.#lookAround());
     this._stage.addEventListener("drawn", () => this.#interface.keepPreview(canvas));
+    this._stage.addEventListener("drawn", () => this.#tools?.open?.draw());
     this._stage.addEventListener("gone", () => this.dispatchEvent(new Event("optionschange")));
     for (const name of ["view-mode", "pixel-ratio"]) this.#apply(name);
     this.#readColours();
@@ -256,6 +266,7 @@ export class FvvPlayer extends ViewpointElement {
     this._stage?.readColours(...nodes);
   }
   #click(event) {
+    if (this.#tools.open?.takesClicks) return;
     if (this.controls && event.pointerType === "mouse" && this.readyState >= 2) this.#interface.commands.togglePlay();
   }
 
@@ -274,6 +285,7 @@ export class FvvPlayer extends ViewpointElement {
     else if (name === "navigation" && this.#pointer) this.#pointer.flying = value === "fly";
     else if (name === "view-mode" || name === "controls") this._chooseDrawing();
     else if (name === "rung") this.#chooseRung();
+    else if (name === "tools") this.#chooseTools();
     else if (name === "pixel-ratio" || name === "quality") {
       if (name === "quality" && value !== null)
         console.warn("<fvv-player>: the attribute quality is now pixel-ratio: auto, or a number");
@@ -285,6 +297,32 @@ export class FvvPlayer extends ViewpointElement {
       if (this._stage?.empty === false) this._navigator.goTo(this._firstPose, JOURNEY);
     }
     this.dispatchEvent(new Event("optionschange"));
+  }
+
+  /** What tools see of the scene. */
+  get #scene() {
+    return {
+      shown: () => (this.contactSheet.length || this.immersive ? null : (this._stage?.shown ?? null)),
+      size: () => this._navigator.extent.radius,
+      up: () => this._navigator.axes.up,
+    };
+  }
+  #chooseTools() {
+    const names = this.tools.toLowerCase().split(/\s+/);
+    this.#tools?.choose(TOOLS.filter((name) => names.includes(name))).catch(({ message }) => {
+      if (this.#connected) this.#interface.notify(`The tools cannot be loaded: ${message}`);
+    });
+  }
+  /** Which tools are offered over the picture, with spaces: "measure". */
+  get tools() {
+    return this.getAttribute("tools") ?? "";
+  }
+  set tools(names) {
+    this.setAttribute("tools", names);
+  }
+  /** What was measured with the tools. */
+  get measurements() {
+    return this.#tools?.open?.measurements ?? [];
   }
 
   /** Loads src or srcObject, after the current code has set all attributes. */

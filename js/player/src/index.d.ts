@@ -1,4 +1,4 @@
-import { Pick as Picked, Ray } from "@fvv/analysis";
+import { Measurement, Pick as Picked, Ray } from "@fvv/analysis";
 import { Camera, FvvError, Options, Outage, Rung, RungChange, Source } from "@fvv/decoder";
 import { Counters, Mode } from "./renderer/index.js";
 
@@ -69,6 +69,17 @@ export type DecoderOptions = Pick<Options, "limits" | "signal" | "videoFallback"
 
 /** What replaces an address that has expired; null: nothing does. */
 export type RenewedAddress = Awaited<ReturnType<NonNullable<Options["renewAddress"]>>>;
+
+/** A measurement made with the tools. Lengths in metres, speeds in metres per second, or in units of a stream whose scale is unknown. */
+export interface Measured {
+  readonly kind: "distance" | "height" | "speed";
+  /** Of objects, or "place". */
+  readonly names: readonly string[];
+  /** In the frame on screen; null: not known. */
+  readonly value: Measurement | null;
+  /** Over time, as far as known. */
+  readonly samples: readonly { seconds: number; value: Measurement | null }[];
+}
 
 /** Events in addition to those of media elements. */
 export interface FvvPlayerEventMap extends Omit<HTMLElementEventMap, "error"> {
@@ -178,6 +189,10 @@ export class FvvPlayer extends HTMLElement {
   pick(x: number, y: number): Promise<Picked | null>;
   /** What a ray meets first, in the coordinates of the stream. */
   pick(ray: Ray): Promise<Picked | null>;
+  /** Which tools are offered over the picture, with spaces: "measure". What they need is loaded when there is one. */
+  tools: string;
+  /** What was measured with the tools. */
+  readonly measurements: readonly Measured[];
   /** Omitted fields are kept. Before the first frame it waits for that. Resolves to false if the user interrupts the movement,
    * and if another source is set before there is a frame. */
   setPose(pose: Partial<Pose>, journey?: Journey): Promise<boolean>;

@@ -18,6 +18,7 @@ from .measure import (
     floor,
     height,
     motion,
+    path,
     point,
 )
 from .objects import ObjectPaths
@@ -38,6 +39,7 @@ __all__ = [
     "floor",
     "height",
     "motion",
+    "path",
     "pick",
     "pieces",
     "point",

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import UsageError
 from ..frames import Frame
-from .objects import Vector, is_number, metadata_of
+from .objects import ObjectPaths, Vector, is_number, metadata_of
 from .surface import Pick, cast, local_points, origin_of, pieces, unit
 
 _SIGMAS = 1.96
@@ -149,6 +149,25 @@ def centre(frame: Frame, identifier: int) -> Point | None:
         return None
     deviation = _deviation(frame, found[0].centre)
     return None if deviation is None else Point(found[0].centre, _CENTRE_PART * _SIGMAS * deviation)
+
+
+def path(frame: Frame, identifier: int) -> dict[int, Point | None]:
+    """Ticks, and the centre of an object over the whole stream, by the path that the stream gives, without decoding.
+
+    frame: any, for what its cameras see. None in place of a point where the object touches others; empty: the stream names no
+    objects, or nothing is known of their uncertainty.
+    """
+    objects = ObjectPaths.of(frame._description.metadata)
+    points: dict[int, Point | None] = {}
+    if objects is None:
+        return points
+    for ticks, place in objects.path(identifier).items():
+        deviation = _deviation(frame, place)
+        if deviation is None:
+            return {}
+        uncertainty = math.hypot(_CENTRE_PART * _SIGMAS * deviation, _SIGMAS * objects.rounding)
+        points[ticks] = Point(place, uncertainty) if len(objects.together(identifier, ticks)) == 1 else None
+    return points
 
 
 def _way(a: Point, b: Point) -> Vector:

@@ -96,6 +96,9 @@ class ObjectPaths:
     def __init__(self, value: dict[str, Any]) -> None:
         """value: that of the key `objects`, as the registry describes it."""
         self._step: int = value["step"]
+        self.rounding: float = (
+            value["unit"] / 2
+        )  #: Metres by which the coordinates of places are rounded at most.
         self._objects: dict[int, _Object] = {}
         for one in value["list"]:
             places: dict[int, Vector] = {}
@@ -130,6 +133,10 @@ class ObjectPaths:
         if before is None or after is None:
             return None
         return before + (at - math.floor(at)) * (after - before)
+
+    def path(self, identifier: int) -> dict[int, Vector]:
+        """Ticks, and (3,) metres: the places that the stream gives of an object. KeyError: there is no such object."""
+        return {i * self._step: place for i, place in self._objects[identifier].places.items()}
 
     def together(self, identifier: int, ticks: float) -> tuple[int, ...]:
         """The objects that are one piece with an object at a time, with itself."""

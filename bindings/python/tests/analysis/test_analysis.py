@@ -91,6 +91,21 @@ def test_paths_of_objects():
         paths.centre(5, 0)
 
 
+@pytest.mark.parametrize("case", CASES["objects"]["paths"])
+def test_points_of_a_path(case):
+    texts = [
+        json.dumps({"objects": CASES["objects"]["value"]}),
+        json.dumps({"mesh_error": case["mesh_error"]}),
+    ]
+    found = analysis.path(frame_of(["box"], texts), case["id"])
+    assert list(found) == [one["time"] for one in case["expected"]]
+    for one, point in zip(case["expected"], found.values()):
+        assert (point is None) == (one["position"] is None)
+        assert point is None or near(point.position, one["position"])
+        assert point is None or near(point.uncertainty, case["uncertainty"])
+    assert analysis.path(frame_of(["box"]), 9) == {}
+
+
 def test_what_is_not_as_the_registry_says_is_ignored():
     good = json.dumps({"objects": CASES["objects"]["value"]})
     assert analysis.ObjectPaths.of(['{"name":"x"}', "{", good]) is not None

@@ -22,6 +22,7 @@ type Settable =
   | "viewMode"
   | "pixelRatio"
   | "rung"
+  | "tools"
   | "visibleBy"
   | "blend"
   | "unseen"
