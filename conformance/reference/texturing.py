@@ -18,9 +18,9 @@ class Texturing(NamedTuple):
 
 
 def decode(payload):
-    demand(len(payload) == 40, 6101, "size")
+    demand(len(payload) >= 40, 6101, "size")
     threshold, bias, slope, inset, best, *unseen, blend = struct.unpack_from("<4d5B", payload)
-    demand(payload[37:] == bytes(3), 6101, "reserved bytes")
+    demand(payload[37:40] == bytes(3), 6101, "reserved bytes")
     demand(0 <= threshold <= 1 and best > 0, 6102, "threshold, or number of cameras")
     demand(blend < 2, 6102, "blend")
     demand(all(math.isfinite(x) and x >= 0 for x in (bias, slope, inset)), 6102, "bias, slope or inset")

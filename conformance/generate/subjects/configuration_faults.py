@@ -415,12 +415,6 @@ def relations():
         lambda s: s.chunk("TEXR", payloads.texturing()[:-1], fault=6101),
     )
     in_block(
-        "texturing_long",
-        "TEXR has 48 bytes.",
-        "17.5",
-        lambda s: s.chunk("TEXR", payloads.texturing() + bytes(8), fault=6101),
-    )
-    in_block(
         "texturing_reserved",
         "A reserved byte of TEXR is 1.",
         "17.5",

@@ -232,7 +232,6 @@ def faults():
     payload("empty", "BACK has neither part nor light.", environment())
     payload("tables_cut", "The tables of BACK are cut.", GOOD[: 48 + 48 + 112])
     payload("cut", "The last mesh lacks a byte.", GOOD[:-1])
-    payload("extra", "A byte follows the last mesh.", GOOD + b"\0")
     payload("mesh_empty", "A mesh of 0 bytes.", environment([part(b""), part(PLAIN)]))
     payload("mesh_size", "The size of a mesh is 2^32 - 1.", environment([part(PLAIN, mesh_size=2**32 - 1)]))
     payload(

@@ -95,13 +95,6 @@ def index_and_footer():
         listing(payload=lambda s: bytes(4)),
         needs_check=True,
     )
-    faulty(
-        "index_long",
-        "Bytes follow the last entry of INDX.",
-        "7.1",
-        listing(payload=lambda s: s.index_payload() + bytes(8)),
-        needs_check=True,
-    )
 
     for name, title, fields in (
         ("offset", "The offset of INDX in FOOT is that of the last group.", {"index_offset": 400}),

@@ -242,7 +242,6 @@ def config_faults():
     good = payloads.audio(language="en")
     config_fault("config_short", "An ACFG payload has 47 bytes.", 4301, good[:47])
     config_fault("config_cut", "The language lacks its last byte.", 4301, good[:-1])
-    config_fault("config_long", "A byte follows the language.", 4301, good + b"-")
     config_fault("config_flags", "A reserved flag of ACFG is set.", 4301, flags=4)
     config_fault("config_reserved", "The reserved field of ACFG is 1.", 4301, reserved=1)
     config_fault(
@@ -366,7 +365,6 @@ def chunk_faults():
     good = payloads.sound(at, [SILENCE] * 2)
     chunk_fault("header", "An AUDI payload has 15 bytes.", 4305, good[:15])
     chunk_fault("cut", "The last packet lacks a byte.", 4305, good[:-1])
-    chunk_fault("extra", "A byte follows the last packet.", 4305, good + b"\0")
     chunk_fault("no_packets", "AUDI has no packet.", 4305, payloads.sound(at, []))
     chunk_fault("empty_packet", "A packet is empty.", 4305, payloads.sound(at, [SILENCE, b""]))
     chunk_fault(

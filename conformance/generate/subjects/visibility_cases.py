@@ -273,7 +273,6 @@ def faults():
         6003,
         key(table=lambda t: [(1, t[0][1]), (2**64 - 1, t[1][1])]),
     )
-    fault("size_short", "The sizes of the streams are less than the payload.", 6004, key(extra=b"\0"))
     fault(
         "size_long",
         "The sizes of the streams are more than the payload.",

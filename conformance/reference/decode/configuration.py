@@ -152,9 +152,9 @@ class Audio:
             "<4sBBHIIII", payload
         )
         position = struct.unpack_from("<3d", payload, 24)
-        demand(len(payload) == 48 + record + language, 4301, "size")
+        demand(len(payload) >= 48 + record + language, 4301, "size")
         demand(reserved == 0 and self.flags < 4, 4301, "reserved bits")
-        text(payload[48 + record :])
+        text(payload[48 + record : 48 + record + language])
         self.known = self.codec in (b"opus", b"mp4a")
         if not self.known:
             return

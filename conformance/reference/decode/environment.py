@@ -63,7 +63,7 @@ class Environment:
         self.files = [payload[i : i + 16] for i in range(tables[0], tables[1], 16)]
         sizes = [int.from_bytes(entry[:4], "little") for entry in self.entries]
         sizes += [int.from_bytes(entry[12:], "little") for entry in self.files]
-        demand(all(sizes) and at + sum(sizes) == len(payload), 8001, "sizes")
+        demand(all(sizes) and at + sum(sizes) <= len(payload), 8001, "sizes")
         for entry in self.entries:
             demand(entry[14] < 8 and entry[15] == 0, 8001, "flags or reserved byte of a part")
         for entry in self.files:

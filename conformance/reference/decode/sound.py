@@ -24,9 +24,10 @@ class Packets:
         demand(count > 0 and at + 2 * count <= len(payload), 4305, f"{count} packets")
         sizes = struct.unpack_from(f"<{count}H", payload, at)
         demand(all(sizes), 4305, "an empty packet")
-        demand(at + 2 * count + sum(sizes) == len(payload), 4305, "sizes of the packets")
+        end = at + 2 * count + sum(sizes)
+        demand(end <= len(payload), 4305, "sizes of the packets")
         demand(self.preroll < count, 4305, "nothing but pre-roll")
-        self.count, self.data = count, payload[at + 2 * count :]
+        self.count, self.data = count, payload[at + 2 * count : end]
 
 
 class Track:

@@ -60,7 +60,7 @@ class Visibility:
             demand(camera < 65535, 6003, f"camera {camera}")
             table.append((camera, size))
         at = numbers.at
-        demand(at + sum(size for _, size in table) == len(payload), 6004, "sizes of the streams")
+        demand(at + sum(size for _, size in table) <= len(payload), 6004, "sizes of the streams")
         for camera, size in table:
             pairs.append((camera, at, size))
             at += size

@@ -158,10 +158,10 @@ fvv_status fvv_audio_config_decode(fvv_audio_config *config, const uint8_t *payl
   config->packet_duration = fvv_get_u32(payload + FVV_ACFG_PACKET_DURATION);
   config->preroll = fvv_get_u32(payload + FVV_ACFG_PREROLL);
   for (int i = 0; i < 3; i++) config->position[i] = fvv_get_f64(payload + FVV_ACFG_POSITION + 8 * i);
-  if ((uint64_t)FVV_ACFG_SIZE + config->record_size + config->language_size != size)
+  if ((uint64_t)FVV_ACFG_SIZE + config->record_size + config->language_size > size)
     WRONG(AUDIO_CONFIG_PAYLOAD, FVV_ACFG_RECORD_SIZE,
-          "payload of %zu bytes, expected %d and a record of %zu and a language of %zu", size, FVV_ACFG_SIZE,
-          config->record_size, config->language_size);
+          "payload of %zu bytes, expected at least %d and a record of %zu and a language of %zu", size,
+          FVV_ACFG_SIZE, config->record_size, config->language_size);
   if (config->flags & ~(FVV_AUDIO_PLACED | FVV_AUDIO_MOVES) || fvv_get_u32(payload + FVV_ACFG_RESERVED))
     WRONG(AUDIO_CONFIG_PAYLOAD, FVV_ACFG_FLAGS, "reserved bits or bytes are not 0");
   config->record = payload + FVV_ACFG_SIZE;
@@ -257,7 +257,6 @@ fvv_status fvv_audio_decode(const fvv_audio_config *config, const uint8_t *paylo
     }
     at += packet;
   }
-  if (at != size) WRONG(AUDIO_PAYLOAD, table, "packets take %zu bytes of a payload of %zu", (size_t)at, size);
   return chunk->packet_count > capacity ? FVV_ERROR_BUFFER_TOO_SMALL : FVV_OK;
 }
 

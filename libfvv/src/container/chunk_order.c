@@ -262,7 +262,7 @@ static fvv_status check_end(fvv_chunk_order *s, const fvv_chunk_header *header, 
   if (s->gaps) return FVV_OK;
   const fvv_status status = fvv_chunk_order_index(s, &s->scratch);
   if (status < 0) return status;
-  if (header->size != s->scratch.size || memcmp(payload, s->scratch.data, s->scratch.size) != 0)
+  if (header->size < s->scratch.size || memcmp(payload, s->scratch.data, s->scratch.size) != 0)
     BROKEN(INDEX, IN_PAYLOAD, "index does not list the %zu groups of the stream",
            s->groups.size / sizeof(fvv_index_entry));
   return FVV_OK;

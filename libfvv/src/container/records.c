@@ -307,7 +307,7 @@ fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_
   if (r.count > limits->max_groups)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_INDEX, 0, "%zu groups, limit %u",
                     r.count, limits->max_groups);
-  if (size !=
+  if (size <
       FVV_INDX_SIZE + (uint64_t)r.block_count * FVV_INDX_BLOCK_SIZE + (uint64_t)r.count * FVV_INDX_ENTRY_SIZE)
     return bad_index(diagnostic, 0, "counts do not fit the payload");
   entries->size = blocks->size = 0;

@@ -166,9 +166,6 @@ static fvv_status check_tables(const uint8_t *p, size_t size, const fvv_environm
             (unsigned long long)(size - end));
     end += bytes;
   }
-  if (end != size)
-    WRONG(ENVIRONMENT_PAYLOAD, end, "%llu bytes follow the last mesh or picture, expected none",
-          (unsigned long long)(size - end));
   for (size_t i = 0; i < environment->part_count; i++) {
     const uint64_t entry = FVV_BACK_SIZE + (uint64_t)i * FVV_BACK_PART_SIZE;
     if (p[entry + FVV_BACK_PART_FLAGS] & ~(FVV_PART_UNLIT | FVV_PART_DOUBLE_SIDED | FVV_PART_CLAMPED) ||

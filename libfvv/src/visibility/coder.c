@@ -71,9 +71,9 @@ static fvv_status read_table(const uint8_t *payload, size_t size, const fvv_visi
     if (streams) streams[i] = (fvv_visibility_stream){(uint16_t)camera, (size_t)all, taken};
     all += taken;
   }
-  if (cursor.failed || all != size - cursor.position)
+  if (cursor.failed || all > size - cursor.position)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_SIZE, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_SIZE, "sizes of the streams do not add up to the size of the payload");
+                    FVV_VISI_SIZE, "sizes of the streams add up to more than the payload has");
   for (uint32_t i = 0; i < header->camera_count && streams; i++) streams[i].offset += cursor.position;
   return FVV_OK;
 }

@@ -59,9 +59,10 @@ fvv_status fvv_texturing_decode(fvv_texturing *texturing, const uint8_t *payload
                                 fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   fvv_texturing_default(texturing);
-  if (size != FVV_TEXR_SIZE)
+  /* What a later version appended is not looked at, here and in other ancillary chunks (clause 16). */
+  if (size < FVV_TEXR_SIZE)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TEXTURING_PAYLOAD, FVV_CHUNK_TEXTURING, 0,
-                    "payload of %zu bytes, expected %d", size, FVV_TEXR_SIZE);
+                    "payload of %zu bytes, expected at least %d", size, FVV_TEXR_SIZE);
   if (!fvv_all_zero(payload + FVV_TEXR_RESERVED, FVV_TEXR_SIZE - FVV_TEXR_RESERVED))
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TEXTURING_PAYLOAD, FVV_CHUNK_TEXTURING,
                     FVV_TEXR_RESERVED, "reserved bytes are not 0");
