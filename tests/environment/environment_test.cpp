@@ -111,7 +111,7 @@ TEST_CASE("the encoder refuses what a reader would, with its number") {
   CHECK(diagnostic.status == FVV_ERROR_INPUT);
 }
 
-TEST_CASE("every prefix of an environment fails, and so does a byte more") {
+TEST_CASE("every prefix of an environment fails, and what follows its end is ignored") {
   const Bytes payload = Environment().payload();
   for (size_t n = 0; n < payload.size(); n++) {
     const Decoded decoded(Bytes(payload.begin(), payload.begin() + std::ptrdiff_t(n)));
@@ -120,7 +120,7 @@ TEST_CASE("every prefix of an environment fails, and so does a byte more") {
   }
   Bytes longer = payload;
   longer.push_back(0);
-  check_refused(longer, FVV_ISSUE_ENVIRONMENT_PAYLOAD);
+  CHECK(Decoded(longer).status == FVV_OK);
 }
 
 TEST_CASE("each rule of environments has a faulty payload") {

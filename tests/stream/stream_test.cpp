@@ -449,8 +449,8 @@ TEST_CASE("6101, 6102: texturing out of range, of another size, or twice") {
     CHECK(problem_of(Bytes(good.begin(), good.begin() + std::ptrdiff_t(size))).issue ==
           FVV_ISSUE_TEXTURING_PAYLOAD);
   bad = good;
-  bad.push_back(0);
-  CHECK(problem_of(bad).issue == FVV_ISSUE_TEXTURING_PAYLOAD);
+  bad.push_back(0); // of a later version
+  CHECK(problem_of(bad).issue == 0);
 
   Stream twice = good_stream(1);
   for (int i = 0; i < 2; i++) twice.configuration.push_back(texturing_chunk());
