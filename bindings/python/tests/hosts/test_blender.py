@@ -373,3 +373,138 @@ def test_damage_is_named(fvv, scene, stream, tmp_path):
     (tmp_path / "cut.fvv").write_bytes(content[:30])
     with pytest.raises(RuntimeError, match="cut.fvv"):
         bpy.ops.import_scene.fvv(filepath=str(tmp_path / "cut.fvv"))
+
+
+def test_colours_are_chosen_by_one_click(fvv, scene, stream):
+    root = imported(stream)
+    item = below(root, "fvv_track").popitem()[1]
+    bpy.context.view_layer.objects.active = item
+    with fvv.open(stream) as clip:
+        scene.frame_set(4)
+        sent = clip[3].mesh.colours
+        for name, expected in (("sent", sent), ("baked", fvv.interop.blender.baked(clip[3], clip[3].mesh))):
+            assert bpy.ops.object.fvv_colours(colours=name) == {"FINISHED"}
+            flat = numpy.zeros(4 * len(sent), numpy.float32)
+            item.data.color_attributes["colours"].data.foreach_get("color_srgb", flat)
+            assert (numpy.rint(flat.reshape(-1, 4)[:, :3] * 255) == expected).all()
+            assert item.data.materials[0].name == "fvv colours"
+    assert bpy.ops.object.fvv_colours(colours="view") == {"FINISHED"}
+    assert item.data.materials[0].name.endswith("view")
+
+
+def vertices_of(item):
+    """Of an object after its modifiers, in metres of the scene."""
+    evaluated = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = evaluated.to_mesh()
+    flat = numpy.zeros(3 * len(mesh.vertices), numpy.float32)
+    mesh.vertices.foreach_get("co", flat)
+    to_world = numpy.array(evaluated.matrix_world)
+    return flat.reshape(-1, 3) @ to_world[:3, :3].T + to_world[:3, 3]
+
+
+@pytest.mark.parametrize("kind", ["abc", "usdc"])
+def test_other_formats_by_blenders_exporters(fvv, scene, tmp_path, kind):
+    """Of a clip whose faces change."""
+    stream = path_of("fast_shapes")
+    root = imported(stream, first=1)
+    path = str(tmp_path / f"out.{kind}")
+    if kind == "abc":
+        bpy.ops.wm.alembic_export(filepath=path, start=1, end=scene.frame_end)
+    else:
+        bpy.ops.wm.usd_export(filepath=path, export_animation=True)
+    expected = []
+    for number in range(1, scene.frame_end + 1):
+        scene.frame_set(number)
+        expected.append(vertices_of(below(root, "fvv_track").popitem()[1]))
+    assert len({len(one) for one in expected}) > 1
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    if kind == "abc":
+        bpy.ops.wm.alembic_import(filepath=path)
+    else:
+        bpy.ops.wm.usd_import(filepath=path)
+    (item,) = (one for one in bpy.data.objects if one.type == "MESH")
+    for number, vertices in enumerate(expected, 1):
+        bpy.context.scene.frame_set(number)
+        found = vertices_of(item)
+        assert found.shape == vertices.shape, number
+        assert numpy.abs(found - vertices).max() < 1e-4
+
+
+def animated_ball(scene):
+    """A ball with an image and a UV map that becomes longer and turns."""
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.5, segments=24, ring_count=12)
+    ball = bpy.context.object
+    material = bpy.data.materials.new("ball")
+    material.use_nodes = True
+    image = bpy.data.images.new("ball", 64, 64)
+    rows, columns = numpy.mgrid[:64, :64] / numpy.float32(63)
+    values = numpy.stack([rows, columns, 1 - rows, numpy.ones_like(rows)], axis=-1)
+    image.pixels.foreach_set(values.astype(numpy.float32).ravel())
+    tree = material.node_tree
+    texture, emission = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeEmission")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], emission.inputs["Color"])
+    tree.links.new(emission.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    ball.data.materials.append(material)
+    scene.frame_start, scene.frame_end = 5, 8
+    for number, length, turn in ((5, 1.0, 0.0), (8, 1.5, 0.6)):
+        ball.scale, ball.rotation_euler = (1, 1, length), (0, turn, 0)
+        ball.keyframe_insert("scale", frame=number)
+        ball.keyframe_insert("rotation_euler", frame=number)
+    return ball, numpy.rint(values[::-1, :, :3] * 255)
+
+
+def test_export_with_a_texture(fvv, scene, tmp_path):
+    ball, pixels = animated_ball(scene)
+    path = tmp_path / "ball.fvv"
+    assert bpy.ops.export_scene.fvv(filepath=str(path), source="texture", max_error=0.001) == {"FINISHED"}
+    with fvv.open(path) as clip:
+        assert (len(clip), clip.rate, clip.up) == (4, 24, "+z") and fvv.check(path).ok
+        for frame in clip:
+            scene.frame_set(5 + frame.index)
+            exported = vertices_of(ball)
+            nearest = numpy.linalg.norm(exported[:, None] - frame.mesh.positions, axis=2)
+            assert nearest.min(axis=1).max() < 0.002
+            assert psnr(frame.atlas.pixels, pixels) > 30 and frame.mesh.uvs is not None
+        mesh = clip[0].mesh  # which is not turned yet
+        assert (
+            mesh.uvs[mesh.positions[:, 2].argmax(), 1]
+            < 0.01
+            < 0.99
+            < mesh.uvs[mesh.positions[:, 2].argmin(), 1]
+        )
+
+
+@pytest.mark.parametrize("source", ["cameras", "ring"])
+def test_export_of_what_cameras_see(fvv, scene, tmp_path, source):
+    ball, _ = animated_ball(scene)
+    bpy.ops.mesh.primitive_cube_add(location=(0, 0, -0.9))
+    bpy.context.object.name = "not exported"
+    ball.select_set(True)
+    bpy.context.object.select_set(False)
+    scene.view_settings.view_transform = "Standard"
+    scene.render.resolution_x, scene.render.resolution_y = 192, 128
+    if source == "cameras":
+        for place, turn in (((3, 0, 0), 0), ((0, 3, 0.5), 1)):
+            camera = bpy.data.objects.new("own", bpy.data.cameras.new("own"))
+            camera.location, camera.data.shift_x = place, 0.05 * turn
+            constraint = camera.constraints.new("TRACK_TO")
+            constraint.target, constraint.track_axis, constraint.up_axis = ball, "TRACK_NEGATIVE_Z", "UP_Y"
+            scene.collection.objects.link(camera)
+    path = tmp_path / "seen.fvv"
+    assert bpy.ops.export_scene.fvv(filepath=str(path), selected=True, source=source, count=6) == {"FINISHED"}
+    assert not [one for one in bpy.data.objects if one.name.startswith("ring")]
+    assert not bpy.data.objects["not exported"].hide_render
+    with fvv.open(path) as clip:
+        assert len(clip) == 4 and fvv.check(path).ok
+        frame = clip[2]
+        assert len(frame.pictures) == (2 if source == "cameras" else 6)
+        for identifier, picture in frame.pictures.items():
+            # Where the mesh is in the picture there are its colours, and nowhere else.
+            drawn = fvv.render(clip, 2, identifier, environment=False, layers=True)
+            whole = picture.whole()
+            if whole.shape != drawn.pixels.shape:
+                continue
+            inside = drawn.coverage == 1
+            assert inside.sum() > 300
+            assert psnr(drawn.pixels[inside], whole[inside]) > 25

@@ -232,6 +232,8 @@ class Shown:
     def _added(self, name: str, kind: Any, key: str, value: int) -> Any:
         item = self._bpy.data.objects.new(f"{self.name} {name}", kind.new(f"{self.name} {name}"))
         item[key] = value
+        if key == TRACK:
+            _mark_as_animated(item)
         self._collection.objects.link(item)
         item.parent = self.root
         return item
@@ -293,6 +295,13 @@ class Shown:
         ends.sort(key=lambda end: end[0])
         (begin, before), (end, after) = ends[0], ends[-1]
         return None if begin == end else (after - before) / (end - begin)
+
+
+def _mark_as_animated(item: Any) -> None:
+    """Blender's exporters write a mesh for each frame only where something of it is animated, or where it has a modifier: one
+    without nodes does nothing. Drivers of a mesh are lost where its faces change."""
+    modifier = item.modifiers.new("Frames of the clip", "NODES")
+    modifier.show_viewport = modifier.show_render = False
 
 
 def _best_colours(clip: Clip) -> Colours:
