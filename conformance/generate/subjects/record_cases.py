@@ -411,12 +411,13 @@ def av1():
     good("size_8_bytes", "The size of an OBU has eight bytes.", av1_record(obus=obu(1, SEQUENCE, size=8)))
     good("obu_reserved", "The reserved bit of an OBU is 1.", av1_record(obus=obu(1, SEQUENCE, head=3)))
     for size in 3, 127, 128:
-        some = obu(METADATA, bytes([1]) * size)
+        some = obu(METADATA, bytes([3]) * size)
         title = f"Metadata of {size} bytes, twice."
         good(f"metadata_{size}", title, av1_record(obus=usual_header + some + some))
     for bit in 1, 2, 4:
         header = bytes([SEQUENCE[0] | bit]) + SEQUENCE[1:]
         good(f"sequence_bit_{bit}", "A sequence header with other flags.", av1_record(obus=obu(1, header)))
+    good("header_2_bytes", "A sequence header of two bytes.", av1_record(obus=obu(1, SEQUENCE[:2])))
     for head in 0x28, 0x29:
         record = av1_record(obus=usual_header + bytes([head, 0]))
         bad(
