@@ -78,7 +78,7 @@ def scenes():
             2002,
             **fields,
         )
-    for axis, origin in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+    for axis, origin in enumerate(((5e-324, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
         later_scene(
             f"changes_origin_{axis}", "The second block has another origin.", 2003, lattice_origin=origin
         )

@@ -461,7 +461,28 @@ def av1():
     bad("string_case", "The codec string is in upper case.", av1_record(), usual.upper())
 
 
+def ranges():
+    """FVV-4003 comes before the record."""
+    for depth in 7, 17:
+        faulty(
+            f"record_range_{depth}",
+            f"VCFG of VP9 has {depth} bits.",
+            "10.1",
+            lambda depth=depth: stream("vp09", vp9_record(), "vp09.00.10.08", depth, 4003),
+        )
+    valid("record_smallest", "An atlas of one pixel.", "10.1", smallest)
+
+
+def smallest():
+    s = opened((1, payloads.track(payloads.MESH, "mesh")), (TRACK, payloads.track(payloads.VIDEO, "video")))
+    s.chunk("VCFG", payloads.video("jpeg", shows=1, width=1, height=1), track=TRACK)
+    meshes_of_one_group(s, 0)
+    s.finish()
+    return s
+
+
 avc()
 hevc()
 vp9()
 av1()
+ranges()
