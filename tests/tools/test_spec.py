@@ -121,6 +121,7 @@ def test_all_schemas_are_there():
         "fvvmux.schema.json",
         "fvvrecover.schema.json",
         "fvvrender.schema.json",
+        "marks.schema.json",
         "segments.schema.json",
     ]
 
@@ -129,6 +130,14 @@ def test_examples_of_a_capture_fit_its_schema():
     assert EXAMPLES
     for example in EXAMPLES:
         validate(json.loads(example), "capture")
+
+
+def test_schema_of_marks_takes_what_the_player_takes():
+    cases = json.loads((ROOT / "tests/analysis/marks.json").read_text())
+    for document in cases["valid"]:
+        validate(document, "marks")
+    for case in cases["refused"]:
+        assert not jsonschema.Draft202012Validator(schema("marks")).is_valid(case["document"]), case
 
 
 def accepts(**changes):

@@ -42,6 +42,7 @@ export class FvvPlayer extends ViewpointElement {
     "quality",
     "rung",
     "tools",
+    "marks",
     "aria-label",
     ...VIEW_ATTRIBUTES,
   ];
@@ -285,7 +286,7 @@ export class FvvPlayer extends ViewpointElement {
     else if (name === "navigation" && this.#pointer) this.#pointer.flying = value === "fly";
     else if (name === "view-mode" || name === "controls") this._chooseDrawing();
     else if (name === "rung") this.#chooseRung();
-    else if (name === "tools") this.#chooseTools();
+    else if (name === "tools" || name === "marks") this.#chooseTools();
     else if (name === "pixel-ratio" || name === "quality") {
       if (name === "quality" && value !== null)
         console.warn("<fvv-player>: the attribute quality is now pixel-ratio: auto, or a number");
@@ -305,20 +306,49 @@ export class FvvPlayer extends ViewpointElement {
       shown: () => (this.contactSheet.length || this.immersive ? null : (this._stage?.shown ?? null)),
       size: () => this._navigator.extent.radius,
       up: () => this._navigator.axes.up,
+      floor: () => this._stage?.place.floor ?? null,
+      carry: (by) => this._navigator.carry(by),
     };
   }
   #chooseTools() {
     const names = this.tools.toLowerCase().split(/\s+/);
-    this.#tools?.choose(TOOLS.filter((name) => names.includes(name))).catch(({ message }) => {
-      if (this.#connected) this.#interface.notify(`The tools cannot be loaded: ${message}`);
-    });
+    this.#tools
+      ?.choose(
+        TOOLS.filter((name) => names.includes(name)),
+        this.marks,
+      )
+      .catch(({ message }) => {
+        if (this.#connected) this.#interface.notify(`The tools cannot be loaded: ${message}`);
+      });
   }
-  /** Which tools are offered over the picture, with spaces: "measure". */
+  /** Which tools are offered over the picture, with spaces: "measure", "mark", "follow". */
   get tools() {
     return this.getAttribute("tools") ?? "";
   }
   set tools(names) {
     this.setAttribute("tools", names);
+  }
+  /** URL of a document of marks that is shown, with or without tools; "": none. */
+  get marks() {
+    const marks = this.getAttribute("marks");
+    return marks ? new URL(marks, this.baseURI).href : "";
+  }
+  set marks(url) {
+    this.setAttribute("marks", url);
+  }
+  /** The document of the marks that are shown. */
+  getMarks() {
+    return this.#tools?.open?.document ?? { fvv_marks: 1, marks: [] };
+  }
+  /** Shows a document of marks in place of the former. TypeError: it is not one. */
+  async setMarks(document) {
+    const tools = await this.#tools?.load();
+    if (!tools) throw new DOMException("the player is not in a page", "InvalidStateError");
+    tools.document = document;
+  }
+  /** The view keeps an object in its place: its name or its identifier; null: none. RangeError: the stream names no such object. */
+  async follow(object) {
+    await (await this.#tools?.load())?.follow(object);
   }
   /** What was measured with the tools. */
   get measurements() {
@@ -627,6 +657,7 @@ export class FvvPlayer extends ViewpointElement {
   }
   /** Puts the bookmark into the page's address, and copies the address to the clipboard. */
   async copyBookmark() {
+    await this.#tools?.open?.putMarks(this.id || "fvv");
     const url = this.#bookmarks.put();
     try {
       await navigator.clipboard.writeText(url);

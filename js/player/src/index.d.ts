@@ -81,6 +81,28 @@ export interface Measured {
   readonly samples: readonly { seconds: number; value: Measurement | null }[];
 }
 
+/** spec/marks.schema.json describes it. */
+export interface MarksDocument {
+  fvv_marks: 1;
+  marks: readonly Mark[];
+}
+export interface Mark {
+  kind: "arrow" | "line" | "ellipse" | "freehand" | "text" | "trail";
+  /** Metres of the stream, or from the centre of the object. Of an ellipse its middle and the ends of two half axes. */
+  points?: readonly (readonly [number, number, number])[];
+  /** Ticks, both included. */
+  from?: number;
+  to?: number;
+  object?: string | number;
+  /** #rrggbb */
+  colour?: string;
+  /** Pixels. */
+  width?: number;
+  text?: string;
+  /** How long a trail is. */
+  seconds?: number;
+}
+
 /** Events in addition to those of media elements. */
 export interface FvvPlayerEventMap extends Omit<HTMLElementEventMap, "error"> {
   /** Playback has ended. The element's `error` has the reason as well. */
@@ -89,6 +111,8 @@ export interface FvvPlayerEventMap extends Omit<HTMLElementEventMap, "error"> {
   framechange: Event;
   /** The view has changed: by the user, or by the page's script. */
   "camera-change": CustomEvent<{ source: "user" | "script" }>;
+  /** There are other marks. */
+  markschange: Event;
   /** A property that controls show has changed. */
   optionschange: Event;
   /** Another rung of the ladder is played. */
@@ -189,8 +213,16 @@ export class FvvPlayer extends HTMLElement {
   pick(x: number, y: number): Promise<Picked | null>;
   /** What a ray meets first, in the coordinates of the stream. */
   pick(ray: Ray): Promise<Picked | null>;
-  /** Which tools are offered over the picture, with spaces: "measure". What they need is loaded when there is one. */
+  /** Which tools are offered over the picture, with spaces: "measure", "mark", "follow". What they need is loaded when there is one. */
   tools: string;
+  /** URL of a document of marks that is shown, with or without tools; "": none. */
+  marks: string;
+  /** The document of the marks that are shown. */
+  getMarks(): MarksDocument;
+  /** Shows a document of marks in place of the former. Rejects with TypeError if it is not one. */
+  setMarks(document: MarksDocument): Promise<void>;
+  /** The view keeps an object in its place: its name or its identifier; null: none. RangeError if the stream names no such object. */
+  follow(object: string | number | null): Promise<void>;
   /** What was measured with the tools. */
   readonly measurements: readonly Measured[];
   /** Omitted fields are kept. Before the first frame it waits for that. Resolves to false if the user interrupts the movement,

@@ -107,6 +107,24 @@ async function play(source: Blob): Promise<void> {
     if (error instanceof FvvError) console.error(error.code, error.offset);
   });
   await player.setPose({ fov: 30 }, { duration: 1 });
+  player.tools = "measure mark follow";
+  await player.setMarks({
+    fvv_marks: 1,
+    marks: [
+      {
+        kind: "arrow",
+        points: [
+          [0, 0, 0],
+          [1, 0, 0],
+        ],
+        from: 10,
+      },
+    ],
+  });
+  await player.follow("ball");
+  console.log(player.measurements[0]?.value?.uncertainty, player.getMarks().marks.length);
+  // @ts-expect-error no such kind
+  await player.setMarks({ fvv_marks: 1, marks: [{ kind: "circle" }] });
   player.addEventListener("timeupdate", () => console.log(player.currentTime, player.stats.framesShown));
 }
 

@@ -1,6 +1,8 @@
 // The viewer's pose over time: smoothed movements by pointer and keys, journeys to other poses, and views through a camera
 // of the stream. The caller provides the time.
 
+import { add } from "@fvv/shading";
+
 import { viewFromCamera, viewOf } from "../view.js";
 import {
   axesOf,
@@ -150,6 +152,16 @@ export class Navigator extends EventTarget {
   }
   lookThrough(camera, seconds) {
     return this.goTo(poseOfCamera(camera, this.extent.centre), seconds, camera);
+  }
+
+  /** Moves the viewer with the scene, by metres: what it is about to do goes on from there. */
+  carry(by) {
+    const moved = (pose) => ({ ...pose, eye: add(pose.eye, by), target: add(pose.target, by) });
+    this.#lens.leaving = true;
+    this.pose = moved(this.pose);
+    if (this.#journey) Object.assign(this.#journey, { from: moved(this.#journey.from), to: moved(this.#journey.to) });
+    this.#changed("script");
+    this.wake();
   }
 
   /** Takes the cameras of the current frame: the camera of the view may have moved. */

@@ -23,6 +23,7 @@ type Settable =
   | "pixelRatio"
   | "rung"
   | "tools"
+  | "marks"
   | "visibleBy"
   | "blend"
   | "unseen"

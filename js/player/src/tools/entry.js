@@ -1,33 +1,41 @@
 // Where the tools of analysis begin: a script of their own, which is loaded when the page asks for one of them.
 
-export const TOOLS = ["measure"];
+export const TOOLS = ["measure", "mark", "follow"];
 
 export class ToolsEntry {
   #host;
   #loading = null;
   #tools = null;
   #names = [];
+  #marks = "";
 
-  /** host: {player, root, surface, scene, notify}, as Tools takes it. */
+  /** host: {player, root, surface, scene}, as Tools takes it. */
   constructor(host, signal) {
     this.#host = { ...host, signal };
     signal.addEventListener("abort", () => this.#close());
   }
 
-  /** names: what the page wants, of TOOLS. Resolves when they are there, to the Tools; null: none is wanted. */
-  async choose(names) {
+  /** names: what the page wants, of TOOLS; marks: URL of a document, or "". */
+  async choose(names, marks) {
+    const isOther = marks !== this.#marks;
     this.#names = names;
-    if (!names.length) {
-      this.#close();
-      return null;
-    }
-    if (!this.#tools) {
-      const { Tools } = await (this.#loading ??= import("./index.js"));
-      if (!this.#names.length || this.#host.signal.aborted) return null;
-      this.#tools ??= new Tools(this.#host);
-    }
-    this.#tools.names = this.#names;
-    return this.#tools;
+    this.#marks = marks;
+    if (!names.length && !marks) return this.#close();
+    await this.#import();
+    // Meanwhile the page may want something else.
+    if (this.#names !== names || this.#host.signal.aborted) return;
+    const tools = await this.load();
+    tools.names = names;
+    if (isOther) await tools.fetchMarks(marks);
+  }
+  #import() {
+    return (this.#loading ??= import("./index.js"));
+  }
+  /** The Tools, as soon as their script is there; null: the player has left its page. */
+  async load() {
+    const { Tools } = await this.#import();
+    if (this.#host.signal.aborted) return null;
+    return (this.#tools ??= new Tools(this.#host));
   }
 
   /** What is open; null: no script is loaded. */

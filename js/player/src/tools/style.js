@@ -77,6 +77,7 @@ export const style = `
   display: flex;
   flex-wrap: wrap;
   justify-content: flex-end;
+  flex: none;
   background: var(--panel);
   border: 1px solid var(--line);
   border-radius: 12px;
@@ -121,6 +122,44 @@ export const style = `
   display: block;
   font-weight: 600;
   font-variant-numeric: tabular-nums;
+}
+.tool-list button.name {
+  flex: 1;
+  min-width: 0;
+  padding: 0;
+  text-align: left;
+}
+.tool-list button.name:disabled {
+  opacity: 1;
+}
+.tool-list .objects {
+  display: flex;
+  flex-wrap: wrap;
+  gap: 4px;
+  padding: 6px;
+}
+.objects button {
+  min-height: 32px;
+  padding: 0 8px;
+}
+.tool-list .objects li {
+  border: 0;
+}
+.actions {
+  flex-wrap: wrap;
+  padding: 0 4px;
+}
+.actions button {
+  padding: 0 7px;
+}
+.tool-options input[type="text"] {
+  font: inherit;
+  width: 9rem;
+  min-height: 32px;
+  color: inherit;
+  background: none;
+  border: 1px solid var(--line);
+  border-radius: 6px;
 }
 .key {
   display: inline-block;
