@@ -15,7 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 CASES = ROOT / "conformance/cases"
 TOOLS = pathlib.Path(os.environ["FVV_TOOLS_DIR"])
 FOLDERS = sorted(path for tier in ("valid", "uncommon", "faulty") for path in (CASES / tier).iterdir())
-MOST_BYTES = 10_000_000
+MOST_BYTES = 12_000_000
 
 
 def load(path):
