@@ -65,6 +65,16 @@ def header():
         fields(attributes=0, texture_bits=0, normal_bits=0),
         textured,
     )
+    # These rules of the whole group come before FVV-3018.
+    for field, bits, issue in ("texture_bits", 9, 3016), ("normal_bits", 10, 3032):
+        delta(
+            field,
+            f"A delta frame has other {field} than its key mesh.",
+            "8.6 8.7 8.13",
+            issue,
+            fields(**{field: bits}),
+            textured,
+        )
     delta(
         "attributes_only",
         "A delta frame has the normal bits of its key mesh without the attribute.",

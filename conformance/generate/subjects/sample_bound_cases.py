@@ -52,6 +52,14 @@ def jpeg():
         wrong(f"segment_size_{size}", f"A segment has the size {size}.", before(bytes([0xFF, 0xFE, 0, size])))
     allowed("segment_300", "A segment of 300 bytes.", before(b"\xff\xfe\x01\x2c" + bytes(298)))
     wrong("segment_beyond", "A segment goes on after the end.", before(b"\xff\xfe\xff\xff"))
+    rest = good[at:]
+    to_end = before(b"\xff\xfe" + struct.pack(">H", 2 + len(rest)))
+    wrong("segment_to_end", "A segment ends where the sample does.", to_end)
+    wrong(
+        "segment_almost",
+        "Three bytes follow a segment.",
+        before(b"\xff\xfe" + struct.pack(">H", len(rest) - 1)),
+    )
     wrong("no_marker", "A byte that is no marker after a segment.", before(b"\0"))
     header = good[at : at + 19]
     wrong(
