@@ -28,7 +28,7 @@ set(FVV_QUICK_TESTS "quick: .*" "cli: layers" "cli: labels" "cli: reference" "js
 set(FVV_WHOLE_TESTS "cli: (faults|max_memory|nesting|style|sweep|footage|films|textured_meshes|parts|inputs|cases|fvvrecover|atlas|openexr|environment|cameras|chain|geometry|stability|film|fvvrender|progress|outputs|conformance_cases|serve_live)"
   "python: (cluster|threads|notebook|examples|capture .*)" "samples" "install: packages?.*" "fuzz: (mutations|amplification)"
   "conformance: (decoders|rendering|large_offsets)"
-  "js: (packages|samples|browser|sound|site|live|ladder|settle|network|chaos|three)" "js: docs: (samples|pages)" "js: player: .*" "js: build the video fallback"
+  "js: (packages|samples|browser|sound|site|live|ladder|settle|network|chaos|three(: .*)?)" "js: docs: (samples|pages)" "js: player: .*" "js: build the video fallback"
   "js: video fallback: .*")
 # Under sanitizers all but these are nightly: they repeat arithmetic that others cover, at a third of the speed. These read bytes
 # that anybody may have written, or run a tool on them.

@@ -1,3 +1,4 @@
+import { WebGLRenderer } from "three";
 import { WebGPURenderer } from "three/webgpu";
 
 import { ClipObject, ClipSettings } from "./clip.js";
@@ -7,8 +8,11 @@ export { ClipSettings, FvvClipEventMap } from "./clip.js";
 export { Pick, Texturing, lookThrough, pick, rayThrough } from "./object.js";
 
 export interface Options extends Texturing {
-  /** The renderer of the scene, with WebGPU or its WebGL 2 backend: pictures are uploaded and depth maps drawn when a frame is shown. */
-  renderer: WebGPURenderer;
+  /**
+   * The renderer of the scene: pictures are uploaded and depth maps drawn when a frame is shown. WebGPURenderer with WebGPU or its
+   * WebGL 2 backend; or WebGLRenderer after renderer.setNodesHandler(new WebGLNodesHandler()) of three's addons.
+   */
+  renderer: WebGPURenderer | WebGLRenderer;
 }
 
 export class FvvObject3D extends FrameObject {
@@ -16,5 +20,5 @@ export class FvvObject3D extends FrameObject {
 }
 
 export class FvvClip extends ClipObject {
-  constructor(options: ClipSettings & { renderer: WebGPURenderer });
+  constructor(options: ClipSettings & Pick<Options, "renderer">);
 }

@@ -1,14 +1,20 @@
 // Clips in scenes of three, with each of its renderers in Chromium.
 
 import assert from "node:assert/strict";
-import { join } from "node:path";
+import { mkdirSync, writeFileSync } from "node:fs";
+import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { after, before, describe, test } from "node:test";
+
+import { PNG } from "pngjs";
 
 import { bundle } from "../bundle.mjs";
 import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
 import { serveFolder, tool } from "../../testing/served.mjs";
 import { KINDS } from "./poses.mjs";
+
+const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
 
 describe("clips", { skip: missingBrowser("chromium") }, () => {
   let served, browser, page;
@@ -29,7 +35,6 @@ describe("clips", { skip: missingBrowser("chromium") }, () => {
     const loud = ["--rig", "small", "--cameras", "2", "--frames", "25", "--size", "160x120", "--sound"];
     tool("fvvsynth", "-o", at("loud"), ...loud);
     tool("fvvmux", at("loud"), "-o", at("loud.fvv"), ...fixed);
-    const here = (name) => fileURLToPath(new URL(name, import.meta.url));
     await bundle(here("clip_page.js"), [here("clip_page.html")], at("test"));
     browser = await openBrowser("chromium", { webgpu: true });
     page = await browser.newPage(`${served.url}test/clip_page.html`);
@@ -149,4 +154,19 @@ describe("clips", { skip: missingBrowser("chromium") }, () => {
         { always: false },
       );
     });
+
+  // build/screens/three.png; docs/pictures/three.jpg is made of it.
+  test("the picture of docs/guide/three.md", async () => {
+    const { width, height, data } = await call("drawPicture", "force-webgl", "/clip.fvv");
+    const pixels = Buffer.from(data, "base64");
+    mkdirSync(screens, { recursive: true });
+    writeFileSync(
+      join(screens, "three.png"),
+      PNG.sync.write(Object.assign(new PNG({ width, height }), { data: pixels })),
+    );
+    const colours = new Set();
+    for (let i = 0; i < pixels.length; i += 4 * 31) colours.add(pixels.readUInt32LE(i));
+    assert.ok(colours.size > 1000, `${colours.size} colours`);
+    assert.deepEqual(browser.troubles, []);
+  });
 });

@@ -345,5 +345,62 @@ window.failClip = async (kind) => {
   const [{ error }, reason] = await Promise.all([failed, clip.ready.catch((cause) => cause)]);
   return { message: error.message, isSame: error === reason, code: clip.error.code };
 };
+/** The picture of docs/guide/three.md: a clip on a floor, with its shadow, among a box and splats, in fog. */
+window.drawPicture = async (kind, src) => {
+  const whole = { width: 960, height: 540 };
+  const { renderer, scene, camera, clip } = await stage(kind, src);
+  renderer.setSize(whole.width, whole.height, false);
+  camera.aspect = whole.width / whole.height;
+  camera.fov = 38;
+  camera.position.set(1.2, 1.9, 4.6);
+  camera.lookAt(0.1, 0.75, 0);
+  camera.updateProjectionMatrix();
+  scene.background = new Color(0xcfd8e3);
+  scene.fog = new Fog(0xcfd8e3, 6, 14);
+  renderer.shadowMap.enabled = true;
+  const lamp = new DirectionalLight(0xfff4e0, 3);
+  lamp.position.set(3, 5, 2.5);
+  lamp.castShadow = true;
+  Object.assign(lamp.shadow.camera, { left: -3, right: 3, top: 3, bottom: -3, near: 0.1, far: 14 });
+  lamp.shadow.mapSize.set(2048, 2048);
+  lamp.shadow.bias = -0.002;
+  const floor = new Mesh(new PlaneGeometry(40, 40), new MeshStandardMaterial({ color: 0x9aa7b5 }));
+  floor.rotation.x = -Math.PI / 2;
+  const box = new Mesh(new BoxGeometry(0.7, 0.7, 0.7), new MeshStandardMaterial({ color: 0xd9822b }));
+  box.position.set(0, 0.35, -0.7);
+  box.rotation.y = 0.6;
+  floor.receiveShadow = box.receiveShadow = box.castShadow = true;
+  scene.add(lamp, new AmbientLight(0xffffff, 0.9), floor, box);
+  // A ball of splats behind the second player.
+  const count = 3000;
+  const centers = new Float32Array(3 * count);
+  const covariances = new Float32Array(6 * count);
+  const colors = new Uint8Array(4 * count);
+  for (let i = 0; i < count; i++) {
+    const rise = 1 - (2 * (i + 0.5)) / count;
+    const around = 2.399963 * i;
+    const level = Math.sqrt(1 - rise * rise);
+    centers.set([0.45 * level * Math.cos(around), 0.45 * rise, 0.45 * level * Math.sin(around)], 3 * i);
+    covariances.set([0.0003, 0, 0, 0.0003, 0, 0.0003], 6 * i);
+    colors.set([90 + 80 * rise, 120 + 60 * Math.cos(around), 200, 235], 4 * i);
+  }
+  const ball = new GaussianSplat(createGaussianSplatGeometry(centers, covariances, colors));
+  ball.position.set(1.55, 0.9, -0.5);
+  scene.add(ball);
+  const again = clip.instance();
+  again.position.set(-1.2, 0, -4);
+  again.rotation.y = 0.9;
+  for (const mesh of again.children) mesh.castShadow = true;
+  scene.add(again);
+  let data;
+  for (let i = 0; i < 3; i++) {
+    await new Promise(requestAnimationFrame);
+    data = await drawn(renderer, scene, camera, whole);
+  }
+  renderer.shadowMap.enabled = false;
+  renderer.setSize(size.width, size.height, false);
+  return { ...whole, data: base64(data) };
+};
+
 window.backendOf = async (kind) => ((await rendererOf(kind, "standard")).backend?.isWebGPUBackend ? "webgpu" : "webgl");
 document.documentElement.dataset.ready = "";

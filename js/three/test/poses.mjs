@@ -10,6 +10,8 @@ import { Session } from "../../player/conformance/session.mjs";
 import { tool } from "../../testing/served.mjs";
 
 export const KINDS = ["webgl", "force-webgl", "webgpu"];
+/** WebGLRenderer with the nodes of WebGPURenderer. */
+export const NODES = "webgl-nodes";
 const POSES = 8;
 const SIZE = [480, 270];
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
@@ -18,7 +20,7 @@ const here = (name) => fileURLToPath(new URL(name, import.meta.url));
  * Of each kind of renderer, {kind, lines}, with the lines of compareFile for a stream with visibility weights, and with depth maps
  * in their place; or {kind, skipped}, the reason. pictures: a folder for pictures, references and differences.
  */
-export async function comparePoses(kinds = KINDS, pictures = undefined) {
+export async function comparePoses(kinds = [...KINDS, NODES], pictures = undefined) {
   const folder = mkdtempSync(join(tmpdir(), "fvv-poses-"));
   const session = await Session.open("chromium", {
     scripts: here("page.js"),
@@ -63,4 +65,4 @@ export async function comparePoses(kinds = KINDS, pictures = undefined) {
 }
 
 if (process.argv[1] === fileURLToPath(import.meta.url))
-  console.log(JSON.stringify(await comparePoses(KINDS, process.argv[2]), null, 1));
+  console.log(JSON.stringify(await comparePoses([...KINDS, NODES], process.argv[2]), null, 1));

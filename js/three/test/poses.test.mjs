@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { before, describe, test } from "node:test";
 
 import { missingBrowser } from "../../testing/browser.mjs";
-import { comparePoses, KINDS } from "./poses.mjs";
+import { comparePoses, KINDS, NODES } from "./poses.mjs";
 
 /** dB away from outlines. */
 const LEAST_PSNR = 40;
@@ -13,7 +13,7 @@ describe("three from eight poses", { skip: missingBrowser("chromium") }, () => {
   let compared;
   before(async () => (compared = await comparePoses()));
 
-  for (const kind of KINDS)
+  for (const kind of [...KINDS, NODES])
     test(kind, (context) => {
       const { skipped, lines } = compared.found.find((one) => one.kind === kind);
       if (skipped) return context.skip(skipped);

@@ -3,10 +3,12 @@
 import * as forWebGL from "@fvv/three";
 import * as forWebGPU from "@fvv/three/webgpu";
 import { FloatType, RenderTarget, WebGLRenderer } from "three";
+import { WebGLNodesHandler } from "three/addons/tsl/WebGLNodesHandler.js";
 import { WebGPURenderer } from "three/webgpu";
 
+const newNodeRenderer = (kind, options) => new WebGPURenderer({ ...options, forceWebGL: kind === "force-webgl" });
 const renderers = {};
-/** kind: "webgl", "force-webgl" or "webgpu". depth: "standard", "reversed" or "logarithmic". */
+/** kind: "webgl", "webgl-nodes" (WebGLRenderer with node materials), "force-webgl" or "webgpu". depth: "standard", "reversed" or "logarithmic". */
 export async function rendererOf(kind, depth) {
   const key = `${kind} ${depth}`;
   if (renderers[key]) return renderers[key];
@@ -16,10 +18,10 @@ export async function rendererOf(kind, depth) {
     reversedDepthBuffer: depth === "reversed",
     logarithmicDepthBuffer: depth === "logarithmic",
   };
-  const renderer =
-    kind === "webgl"
-      ? new WebGLRenderer(options)
-      : new WebGPURenderer({ ...options, forceWebGL: kind === "force-webgl" });
+  const renderer = ["webgl", "webgl-nodes"].includes(kind)
+    ? new WebGLRenderer(options)
+    : newNodeRenderer(kind, options);
+  if (kind === "webgl-nodes") renderer.setNodesHandler(new WebGLNodesHandler());
   await renderer.init?.();
   document.body.append(renderer.domElement);
   return (renderers[key] = renderer);

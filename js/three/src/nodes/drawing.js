@@ -59,7 +59,7 @@ export class NodeDrawing extends Drawing {
       depths: texture(noLayers),
       ...parametersOf((value) => uniform(value)),
     };
-    this.depths = nodeDepthMaps(this.geometry, this.uniforms.views, this.#depthRange);
+    this.depths = nodeDepthMaps(this, this.uniforms.views, this.#depthRange);
     this.material = new SurfaceMaterial();
   }
 
@@ -70,7 +70,8 @@ export class NodeDrawing extends Drawing {
   /** A renderer draws only after it has a device, and only then its kind is known. */
   async ready() {
     const { renderer } = this;
-    await renderer.init();
+    // A WebGLRenderer with three's WebGLNodesHandler has none.
+    await renderer.init?.();
     const isHalf = renderer.coordinateSystem === WebGPUCoordinateSystem;
     if (renderer.reversedDepthBuffer) this.#depthRange.value.set(0.5, -0.5);
     else this.#depthRange.value.set(isHalf ? 0.5 : 0, isHalf ? 0.5 : 1);
