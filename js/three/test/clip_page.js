@@ -286,24 +286,29 @@ window.hear = async (kind, src) => {
     await new Promise((done) => setTimeout(done, 50));
   }
   const [audio] = clip.audio;
-  const loudness = async () => {
-    const meter = audio.context.createAnalyser();
-    audio.gain.connect(meter);
+  /** The largest sample of any track, in at most so many looks; the first that is loud ends it. */
+  const loudness = async (looks) => {
+    const meters = clip.audio.map(({ context, gain }) => {
+      const meter = new AnalyserNode(context, { fftSize: 8192 });
+      gain.connect(meter);
+      return { gain, meter, samples: new Float32Array(meter.fftSize) };
+    });
     let most = 0;
-    for (let i = 0; i < 20; i++) {
+    for (let i = 0; i < looks && most < 0.02; i++) {
       await new Promise((done) => setTimeout(done, 50));
       await picture(view);
-      const samples = new Float32Array(meter.fftSize);
-      meter.getFloatTimeDomainData(samples);
-      most = Math.max(most, ...samples.map(Math.abs));
+      for (const { meter, samples } of meters) {
+        meter.getFloatTimeDomainData(samples);
+        most = Math.max(most, ...samples.map(Math.abs));
+      }
     }
-    audio.gain.disconnect(meter);
+    for (const { gain, meter } of meters) gain.disconnect(meter);
     return most;
   };
-  const loud = await loudness();
+  const loud = await loudness(100);
   clip.volume = 0;
   await new Promise((done) => setTimeout(done, 300));
-  const silent = await loudness();
+  const silent = await loudness(15);
   const sphere = clip.mesh.geometry.boundingSphere;
   const off = audio.getWorldPosition(new Vector3()).distanceTo(clip.mesh.localToWorld(sphere.center.clone()));
   return { loud, silent, off, type: audio.constructor.name, count: clip.audio.length, state: audio.context.state };
