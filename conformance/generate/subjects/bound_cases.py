@@ -1,6 +1,7 @@
 """Numbers just inside and just outside of their bounds, where other cases are far from them."""
 
 import math
+import struct
 
 from .. import payloads
 from ..case import faulty, valid
@@ -78,10 +79,22 @@ def scenes():
             2002,
             **fields,
         )
+    step = struct.unpack("<d", struct.pack("<d", 0.001)[:7] + b"\x40")[0]
+    later_scene("changes_step_high", "The step differs in its last byte.", 2003, lattice_step=step)
+    valid("block_changes_duration", "The nominal duration changes in its last byte.", "5.1", other_duration)
     for axis, origin in enumerate(((5e-324, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
         later_scene(
             f"changes_origin_{axis}", "The second block has another origin.", 2003, lattice_origin=origin
         )
+
+
+def other_duration():
+    s = opened()
+    group(s, 0)
+    block(s, scene=payloads.scene(frame_duration=1 + (1 << 56)))
+    group(s, 2)
+    s.finish()
+    return s
 
 
 scenes()
