@@ -62,7 +62,7 @@ def measure(clip_arguments):
         found = after.summary["view_loss"]
         print(
             f"{'wd2':10}{bytes_of[0]:10}{bytes_of[1]:10}"
-            + "".join(f"{found[one]['psnr']:9.2f}" for one in ("default", "chosen"))
+            + "".join(f"{found[one]['psnr']:9.2f}" for one in ("without", "chosen"))
         )
     long = experiment.capture("spend-long", "--rig", "small", "--frames", LONG)
     without, chosen = experiment.packed(long), experiment.packed(long, *GOAL)

@@ -252,7 +252,9 @@ def test_each_rung_of_sizes_states_what_views_lose(captures, tmp_path):
 
 def test_with_few_cameras_meshes_become_little_coarser(captures, tmp_path):
     """Fewer than six leave surface to colours of vertices, which this measure does not see."""
-    for cameras, coarsest in (("0-4", 0.175), ("0-5", 0.3)):
+    for cameras, coarsest, weights in (("0-4", 0.175, "15 %"), ("0-5", 0.3, "2 %")):
         out = "-o", tmp_path / "a.fvv", "--force", "--cameras", cameras, "--view-loss", "3dB"
-        found = figures("fvvmux", captures / "hull", *out, code=(0, 3))["view_loss"]
-        assert max(one["max_error"] for one in found["candidates"]) == coarsest
+        summary = figures("fvvmux", captures / "hull", *out, code=(0, 3))
+        assert max(one["max_error"] for one in summary["view_loss"]["candidates"]) == coarsest
+        # Visibility weights are worth more bytes there.
+        assert summary["visibility"]["reason"].endswith(weights)

@@ -1,4 +1,5 @@
 #include "mux/src/choose/decisions.h"
+#include "mux/src/choose/choices.h"
 #include "mux/src/ladder/mesh_rungs.h"
 
 #include <algorithm>
@@ -8,12 +9,16 @@ namespace fvv::mux {
 
 // Of the pictures' bytes. A player without bits loses no picture, only time for depth maps.
 constexpr double most_fraction = 0.1;
-// Where bytes have to be seen: weights gain 0.01 to 0.02 dB over depth maps between cameras.
+// Where bytes have to be seen: weights gain 0.01 to 0.02 dB over depth maps between cameras all round, and
+// 0.07 dB between four that are far apart, for 3 % of all bytes (docs/encoding/view-loss.md).
 constexpr double most_fraction_by_views = 0.02;
+constexpr double most_fraction_of_few = 0.15;
 
 VisibilityDecision decide_visibility(const VisibilityChoice &choice, uint64_t bytes, uint64_t pictures) {
   if (!choice.open) return {choice.on, choice.reason};
-  const double most = choice.by_views ? most_fraction_by_views : most_fraction;
+  const double most = !choice.by_views                            ? most_fraction
+                      : choice.cameras.size() < cameras_all_round ? most_fraction_of_few
+                                                                  : most_fraction_by_views;
   const bool on = double(bytes) <= most * double(pictures);
   char text[160];
   std::snprintf(text, sizeof text, "%.2g %% of the pictures' bytes in the first group, %s %g %%",
