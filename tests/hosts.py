@@ -31,7 +31,8 @@ def environment(host, title, package):
     folder = WORK / host / title
     uv("venv", "--quiet", "--clear", "--python", sys.executable, folder)
     python = folder / "bin/python"
-    needed = [one for one in runners() if not one.startswith("av=")]
+    # Blender has an FFmpeg of its own.
+    needed = [one for one in runners() if host != "blender" or not one.startswith("av=")]
     wheels = ("--only-binary", ":all:")
     uv("pip", "install", "--quiet", "--python", python, *wheels, package, "numpy", *needed)
     listed = json.loads(uv("pip", "list", "--python", python, "--format", "json"))

@@ -17,6 +17,7 @@ from ..frames import ByCamera
 from ..pictures import on_screen
 from .conventions import straightened
 from .optional_import import optional_import
+from .samples import h264_samples
 
 #: The first bytes of a stream.
 SIGNATURE = b"\x89FVV\r\n\x1a\n"
@@ -25,6 +26,9 @@ INCOMPATIBLE = 66
 #: What pictures are compressed with; Rerun keeps all of a recording in memory.
 JPEG_QUALITY = 90
 GREY = 128
+#: Colours of surface that no camera sees, that half of them see, and that all see.
+RAMP = ((68, 1, 84), (33, 145, 140), (253, 231, 37))
+RAMP_AT = (0.0, 0.5, 1.0)
 
 
 def log(
@@ -34,23 +38,27 @@ def log(
     prefix: str = "",
     frames: slice = EVERY,
     pictures: bool = True,
+    visibility: bool = False,
 ) -> None:
     """Logs a clip to a `rerun.RecordingStream`; None: the current one. Returns when all frames are logged.
 
     prefix: entity paths begin with it. Under it are "mesh/TRACK", a `Mesh3D` with the colours, normals or atlas that were sent;
     "cameras/NAME", a `Transform3D`, with "picture" below, a `Pinhole` without lens and skew and the picture as such a camera
     sees it; and "damage", a `TextLog` of what was lost. The time lines are "frame", its number, and "seconds".
-    pictures: log those of cameras.
+    pictures: log those of cameras, and under "video/NAME" as a `VideoStream` the film of all cameras, or of the atlas, as it was
+    sent, where it is H.264 and all frames are logged.
+    visibility: log under "visibility/TRACK" the first mesh again, where the stream has weights: yellow where all cameras see it,
+    dark blue where none does. It is in the same place: hide one of the two.
     Streams that are far from 0 are logged relative to the origin of their lattice: Rerun's numbers are float32.
     """
-    _Log(clip, recording, prefix, pictures).run(frames)
+    _Log(clip, recording, prefix, pictures, visibility).run(frames)
 
 
 class _Log:
-    def __init__(self, clip: Clip, recording: Any, prefix: str, pictures: bool) -> None:
+    def __init__(self, clip: Clip, recording: Any, prefix: str, pictures: bool, visibility: bool) -> None:
         self._rerun = optional_import("rerun", "rerun")
         self._clip, self._recording, self._root = clip, recording, prefix.strip("/")
-        self._pictures = pictures
+        self._pictures, self._visibility = pictures, visibility
         #: Where Rerun's 0 is.
         self._origin: NDArray[numpy.float64] = numpy.zeros(3)
         self._shown: set[int] = set()
@@ -69,6 +77,8 @@ class _Log:
                 first = False
             except Error as error:
                 self._log_damage(frame.number, str(error))
+        if self._pictures and len(self._clip[frames]) == len(self._clip):
+            self._log_films()
         for problem in self._clip.problems:
             self._send("damage", self._rerun.TextLog(str(problem), level="ERROR"))
 
@@ -87,8 +97,11 @@ class _Log:
                 self._origin = numpy.array(mesh.origin)
 
     def _set_time(self, frame: ClipFrame) -> None:
-        self._rerun.set_time("frame", sequence=frame.number, recording=self._recording)
-        self._rerun.set_time("seconds", duration=frame.time, recording=self._recording)
+        self._set_time_of(frame.number, frame.time)
+
+    def _set_time_of(self, number: int, seconds: float) -> None:
+        self._rerun.set_time("frame", sequence=number, recording=self._recording)
+        self._rerun.set_time("seconds", duration=seconds, recording=self._recording)
 
     def _log_damage(self, number: int, text: str) -> None:
         self._rerun.set_time("frame", sequence=number, recording=self._recording)
@@ -106,12 +119,46 @@ class _Log:
         for track, mesh in meshes.items():
             self._send(f"mesh/{track}", self._mesh(mesh, atlas))
         self._clear(set(meshes))
+        if self._visibility:
+            self._log_visibility(frame)
         shown: ByCamera[Picture] | dict[int, Picture] = frame.pictures if self._pictures else {}
         for camera in frame.cameras.values():
             path = "cameras/" + self._rerun.escape_entity_path_part(camera.name or str(camera.id))
             self._place(path, camera)
             if camera.id in shown:
                 self._log_picture(f"{path}/picture", shown[camera.id])
+
+    def _log_films(self) -> None:
+        if not hasattr(self._rerun, "VideoStream"):  # before 0.24
+            return
+        numbers = {frame.ticks: frame.number for frame in self._clip if frame.intact}
+        names = {track.id: track.name or str(track.id) for track in self._clip.tracks}
+        for track, samples in h264_samples(self._clip).items():
+            path = "video/" + self._rerun.escape_entity_path_part(names[track])
+            self._send(path, self._rerun.VideoStream(codec=self._rerun.VideoCodec.H264), static=True)
+            for sample in samples:
+                if sample.ticks not in numbers:
+                    continue
+                self._set_time_of(numbers[sample.ticks], float(sample.ticks * self._clip.time_base))
+                self._send(path, self._rerun.VideoStream.from_fields(sample=sample.data))
+
+    def _log_visibility(self, frame: ClipFrame) -> None:
+        mesh = frame.mesh
+        weights = [frame.visibility(identifier) for identifier in frame.cameras]
+        there = [one for one in weights if one is not None]
+        path = f"visibility/{0 if mesh is None else mesh.track}"
+        if mesh is None or not there:
+            return
+        seen = numpy.mean([one > 127 for one in there], axis=0)
+        colours = numpy.stack([numpy.interp(seen, RAMP_AT, one) for one in zip(*RAMP)], axis=-1)
+        self._send(
+            path,
+            self._rerun.Mesh3D(
+                vertex_positions=(mesh.positions - self._origin).astype(numpy.float32),
+                triangle_indices=mesh.indices,
+                vertex_colors=numpy.rint(colours).astype(numpy.uint8),
+            ),
+        )
 
     def _mesh(self, mesh: Mesh, atlas: Picture | None) -> Any:
         textured = mesh.uvs is not None and atlas is not None
@@ -172,6 +219,7 @@ def _parser() -> argparse.ArgumentParser:
     out.add_argument("--recording-id", metavar="ID")
     out.add_argument("--entity-path-prefix", default="", metavar="PATH")
     out.add_argument("--no-pictures", action="store_true", help="leave out what the cameras filmed")
+    out.add_argument("--visibility", action="store_true", help="colours for how many cameras see the surface")
     return out
 
 
@@ -192,7 +240,7 @@ def main(arguments: list[str] | None = None) -> int:
             rerun.stdout(recording=recording)
             stem = os.path.splitext(os.path.basename(given.file))[0]
             prefix = given.entity_path_prefix or rerun.escape_entity_path_part(stem)
-            log(clip, recording, prefix=prefix, pictures=not given.no_pictures)
+            log(clip, recording, prefix=prefix, pictures=not given.no_pictures, visibility=given.visibility)
     except (Error, ImportError, OSError) as error:
         print(f"rerun-importer-fvv: {error}", file=sys.stderr)
         return 1

@@ -329,6 +329,56 @@ def test_motion_blur(fvv, scene, stream):
         assert numpy.abs(expected).max() > 0.1
 
 
+def grown(mask, by):
+    """A mask and the pixels at most `by` pixels beside it."""
+    out = mask.copy()
+    for down in range(-by, by + 1):
+        for across in range(-by, by + 1):
+            out |= numpy.roll(mask, (down, across), (0, 1))
+    return out
+
+
+def test_motion_blur_in_cycles(fvv, scene, stream, tmp_path):
+    """With a shutter that is open from the frame before to the frame after."""
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 2.0
+    root = imported(stream, environment=False, colours="sent")
+    scene.camera = below(root, "fvv_camera")[1]
+    with fvv.open(stream) as clip:
+        covered = [fvv.render(clip, i, 1, environment=False, layers=True).coverage > 0 for i in range(6, 9)]
+    scene.frame_set(8)
+    blurred = rendered(tmp_path, scene, "blurred").max(axis=2) > 2
+    before, now, after = covered
+    assert not (blurred & ~grown(before | now | after, 2)).any()
+    left = before & ~grown(now | after, 1)
+    assert left.sum() > 50 and (blurred & left).sum() > 0.8 * left.sum()
+    scene.render.use_motion_blur = False
+    scene.frame_set(8)
+    sharp = rendered(tmp_path, scene, "sharp").max(axis=2) > 2
+    assert not (sharp & ~grown(now, 2)).any()
+
+
+def test_cameras_that_move_and_have_lenses(fvv, scene, tmp_path):
+    tool("fvvsynth", "-o", tmp_path / "capture", "--rig", "studio", "--size", "480x288", "--frames", 3)
+    tool("fvvmux", tmp_path / "capture/capture.json", "-o", tmp_path / "studio.fvv", "--preset", "live")
+    root = imported(tmp_path / "studio.fvv", colours="view")
+    places = {}
+    with fvv.open(tmp_path / "studio.fvv") as clip:
+        for number in (1, 3):
+            scene.frame_set(number)
+            for identifier, item in below(root, "fvv_camera").items():
+                places.setdefault(identifier, []).append(numpy.array(item.matrix_world))
+        moving = {one.id for one in clip[0].cameras.values() if one.moves}
+        assert moving and moving == {one for one, (a, b) in places.items() if (a != b).any()}
+        assert len({one.lens for one in clip[0].cameras.values()}) > 1
+        own = between(fvv, clip, 1, 2)
+        scene.camera = blender_camera(scene, root, own)
+        found = rendered(tmp_path, scene, "studio")
+        expected = fvv.render(clip, 2, own, samples=5)
+        action = fvv.render(clip, 2, own, samples=5, environment=False, layers=True).coverage == 1
+        print(f"blender.lenses_psnr_db {psnr(found[action], expected[action]):.2f}")
+        assert action.sum() > 2000 and psnr(found[action], expected[action]) > 30
+
+
 def test_a_saved_file_shows_the_clip_again(fvv, scene, stream, tmp_path):
     imported(stream)
     scene.frame_set(3)

@@ -114,6 +114,50 @@ def test_a_recording_has_what_the_clip_has(players, programs):
                 assert numpy.abs(shown.astype(int) - sent.pixels).mean() < 5  # JPEG of small pictures
 
 
+def test_the_video_is_there_undecoded(players, programs, tmp_path):
+    """PyAV decodes the samples to the pictures of the clip."""
+    av = pytest.importorskip("av", reason="PyAV is not installed here: ./run test rerun")
+    path, _ = recorded(programs, players)
+    rows = [row for row in rows_of(path)["/players/video/cameras"] if "VideoStream:sample" in row]
+    assert [row["frame"] for row in rows] == list(range(12))
+    decoder = av.CodecContext.create("h264", "r")
+    frames = []
+    for row in rows:
+        frames += decoder.decode(av.Packet(flat(row["VideoStream:sample"]).tobytes()))
+    frames += decoder.decode(None)
+    assert len(frames) == 12
+    with fvv.open(players) as clip:
+        for index in (0, 7):
+            film = frames[index].to_ndarray(format="rgb24").astype(int)
+            (tile,) = [clip[index].pictures[0].pixels]
+            height, width = tile.shape[:2]
+            places = [
+                (row, column)
+                for row in range(0, film.shape[0] - height + 1, 2)
+                for column in range(0, film.shape[1] - width + 1, 2)
+                if numpy.abs(
+                    film[row + height // 2, column + width // 2] - tile[height // 2, width // 2]
+                ).max()
+                < 9
+            ]
+            apart = [numpy.abs(film[r : r + height, c : c + width] - tile).mean() for r, c in places]
+            assert min(apart) < 4
+
+
+def test_visibility_is_colours(players, programs):
+    path, _ = recorded(programs, players)
+    assert "/players/visibility/1" not in rows_of(path)
+    path, _ = recorded(programs, players, "--visibility")
+    meshes = rows_of(path)["/players/visibility/1"]
+    with fvv.open(players) as clip:
+        for frame, row in zip(clip, meshes):
+            colours = flat(row["Mesh3D:vertex_colors"]).astype(">u4").view("u1").reshape(-1, 4)[:, :3]
+            seen = numpy.sum([frame.visibility(one) > 127 for one in frame.cameras], axis=0)
+            assert (colours[seen == 3] == (253, 231, 37)).all() and (colours[seen == 0] == (68, 1, 84)).all()
+            assert (seen == 3).any() and (seen == 0).any()
+    assert len(meshes) == 12
+
+
 def test_pictures_are_without_the_lens(tmp_path, programs):
     tool("fvvsynth", "-o", tmp_path / "capture", "--rig", "studio", "--frames", 2)
     stream = tmp_path / "studio.fvv"

@@ -9,7 +9,7 @@ from ..._core import Camera, Mesh
 from ...clip import ClipFrame
 from ...pictures import on_screen
 from ...view import render
-from .pictures import BORDER
+from .pictures import BORDER, sampled
 
 #: Of a vertex behind the surface that a camera sees, in widths of a pixel.
 DEPTH_BIAS = 1.5
@@ -33,7 +33,7 @@ def baked(frame: ClipFrame, mesh: Mesh) -> NDArray[numpy.uint8]:
         facing = (_cosines(mesh, picture.camera) - texturing.threshold).clip(0, 1)
         weights[i] = seen(frame, mesh, int(identifier)).clip(0, 1) * facing**2
         weights[i] *= _border(at, picture.camera)
-        samples[i] = _sampled(on_screen(picture.pixels), at)
+        samples[i] = sampled(on_screen(picture.pixels), at)
     _keep_best(weights, texturing.best)
     total = weights.sum(axis=0)
     found = sent(frame, mesh).astype(numpy.float64)
@@ -90,21 +90,6 @@ def _border(at: Weights, camera: Camera) -> Weights:
 def _pixels(at: Weights) -> tuple[NDArray[numpy.intp], NDArray[numpy.intp]]:
     column, row = numpy.floor(numpy.nan_to_num(at, nan=-1.0).clip(-1, 1 << 20)).astype(numpy.intp).T
     return column, row
-
-
-def _sampled(pixels: NDArray[numpy.uint8], at: Weights) -> Weights:
-    """Bilinear, (vertices, 3)."""
-    height, width = pixels.shape[:2]
-    place = numpy.nan_to_num(at, nan=0.0) - 0.5
-    column = place[:, 0].clip(0, width - 1)
-    row = place[:, 1].clip(0, height - 1)
-    left, top = column.astype(numpy.intp), row.astype(numpy.intp)
-    right, bottom = numpy.minimum(left + 1, width - 1), numpy.minimum(top + 1, height - 1)
-    across, down = (column - left)[:, None], (row - top)[:, None]
-    above = pixels[top, left] * (1 - across) + pixels[top, right] * across
-    below = pixels[bottom, left] * (1 - across) + pixels[bottom, right] * across
-    mixed: Weights = above * (1 - down) + below * down
-    return mixed
 
 
 def _keep_best(weights: Weights, best: int) -> None:

@@ -34,7 +34,8 @@ class _Map:
     camera: Camera
     empty: NDArray[numpy.uint8]  #: (height, width, 4): grey, and how far inside.
     corner: tuple[int, int] | None  #: Row and column of the tile, where it has neither lens nor skew.
-    places: NDArray[numpy.intp]  #: Otherwise: of each pixel the one of the tile, and one more for grey.
+    is_there: NDArray[numpy.bool_]  #: (height, width): otherwise which pixels the tile shows, and
+    at: NDArray[numpy.float64]  #: (pixels, 2): where.
 
 
 class Straightener:
@@ -60,8 +61,7 @@ class Straightener:
             row, column = found.corner
             out[row : row + tile.height, column : column + tile.width, :3] = pixels
         else:
-            grey = numpy.full((1, 3), GREY, numpy.uint8)
-            out[..., :3] = numpy.concatenate([pixels.reshape(-1, 3), grey])[found.places]
+            out[found.is_there, :3] = numpy.rint(sampled(pixels, found.at))
         return found.camera, out
 
 
@@ -79,10 +79,24 @@ def _map(whole: Camera, picture: Picture) -> _Map:
     K[0, 1] = 0
     K[:2, 2] += (left, top)
     ideal = Camera(whole.id, K, tile.R, tile.t, size)
-    at, places, is_there = straightened(tile, ideal)
+    at, _, is_there = straightened(tile, ideal)
     distance = numpy.minimum(at - 0.5, (tile.width - 0.5, tile.height - 0.5) - at).min(axis=-1)
     empty = numpy.full((ideal.height, ideal.width, 4), GREY, numpy.uint8)
     empty[..., 3] = numpy.rint(255 * (numpy.nan_to_num(distance, nan=0.0) / BORDER).clip(0, 1))
     is_straight = tile.lens == "none" and tile.K[0, 1] == 0
-    places = numpy.where(is_there, places, tile.width * tile.height)
-    return _Map(ideal, empty, (top, left) if is_straight else None, places)
+    return _Map(ideal, empty, (top, left) if is_straight else None, is_there, at[is_there])
+
+
+def sampled(pixels: NDArray[numpy.uint8], at: NDArray[numpy.float64]) -> NDArray[numpy.float64]:
+    """Bilinear: (n, 2) places in a picture to (n, 3)."""
+    height, width = pixels.shape[:2]
+    place = numpy.nan_to_num(at, nan=0.0) - 0.5
+    column = place[:, 0].clip(0, width - 1)
+    row = place[:, 1].clip(0, height - 1)
+    left, top = column.astype(numpy.intp), row.astype(numpy.intp)
+    right, bottom = numpy.minimum(left + 1, width - 1), numpy.minimum(top + 1, height - 1)
+    across, down = (column - left)[:, None], (row - top)[:, None]
+    above = pixels[top, left] * (1 - across) + pixels[top, right] * across
+    below = pixels[bottom, left] * (1 - across) + pixels[bottom, right] * across
+    mixed: NDArray[numpy.float64] = above * (1 - down) + below * down
+    return mixed
