@@ -2,7 +2,7 @@
 // usage: node build.mjs FOLDER FVVINFO CLIP.fvv ... (pages embed the first clip)
 
 import { execFileSync } from "node:child_process";
-import { copyFileSync, linkSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, existsSync, linkSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { basename, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -36,6 +36,15 @@ function writePages(out) {
   writeFileSync(join(out, "favicon.ico"), icon());
 }
 
+/** The prepared marks of a clip, which the first page offers: their address; null: there are none. */
+function bringMarks(clip, out) {
+  const name = basename(clip, ".fvv");
+  const marks = source(`marks/${name}.json`);
+  if (!existsSync(marks)) return null;
+  copyFileSync(marks, join(out, "clips", `${name}.marks.json`));
+  return `clips/${name}.marks.json`;
+}
+
 /** inspect(path): returns the output of fvvinfo --json for a file. */
 export async function buildSite(out, inspect, clips) {
   mkdirSync(join(out, "clips"), { recursive: true });
@@ -53,7 +62,7 @@ export async function buildSite(out, inspect, clips) {
   writeFileSync(
     join(out, "clips.json"),
     JSON.stringify(
-      clips.map((clip) => factsOf(clip, inspect(clip))),
+      clips.map((clip) => ({ ...factsOf(clip, inspect(clip)), marks: bringMarks(clip, out) })),
       null,
       1,
     ),

@@ -61,8 +61,24 @@ function showFacts(clip) {
   $("compared").replaceChildren(...comparedWith(clip));
 }
 
+/** Prepared marks, and the tools, one click away. marks: address of a document; null: none. */
+function offerMarks(marks) {
+  $("analyse").hidden = !marks;
+  $("analyse").dataset.marks = marks ?? "";
+  showMarks(false);
+}
+function showMarks(shown) {
+  $("analyse").setAttribute("aria-pressed", String(shown));
+  for (const name of ["tools", "marks"]) player.removeAttribute(name);
+  if (!shown) return;
+  player.marks = $("analyse").dataset.marks;
+  player.tools = "measure mark follow";
+}
+$("analyse").addEventListener("click", () => showMarks($("analyse").ariaPressed !== "true"));
+
 function play(clip) {
   showFacts(clip);
+  offerMarks(clip.marks);
   // A single frame would be drawn again and again, at low resolution on slow machines.
   player.autoplay = clip.frames > 1;
   if (!player.autoplay) player.pause();
@@ -73,6 +89,7 @@ function play(clip) {
 /** A file that the page has no facts about: source as srcObject takes it, or a URL. size: bytes, or null. */
 function playFile(source, name, size, about, address, note) {
   showKnown(false);
+  offerMarks(null);
   showSource(address, note);
   for (const input of document.querySelectorAll("#chooser input")) input.checked = false;
   $("about").replaceChildren(element("strong", {}, name), `. ${about}`);

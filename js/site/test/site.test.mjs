@@ -76,7 +76,9 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
       "--environment",
       "--sound",
     );
-    tool("fvvmux", at("capture"), "-o", clips[0], "--max-error", "0.5");
+    const names = at("names.json");
+    writeFileSync(names, JSON.stringify({ "player 1": { object: 1 }, "player 2": { object: 2 }, ball: { object: 3 } }));
+    tool("fvvmux", at("capture"), "-o", clips[0], "--max-error", "0.5", "--objects", names);
     tool("fvvmux", at("capture"), "-o", clips[1], "--frames", "3-3", "--max-error", "0.5", "--codec", "jpeg");
     await buildSite(served.folder, (path) => JSON.parse(tool("fvvinfo", "--json", path)).files[0], clips);
     browser = await openBrowser();
@@ -98,6 +100,21 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
       await page.close();
       assert.deepEqual(browser.troubles.splice(0), []);
     });
+
+  test("a play with prepared marks is one click away", async () => {
+    const page = await open("", WIDE, "light");
+    await seen(page);
+    await page.click("#analyse");
+    const drawn = () =>
+      document.querySelector("fvv-player").shadowRoot.querySelectorAll(".scene-marks path[stroke]").length >= 2;
+    await page.waitForFunction(drawn, { timeout: 30000 });
+    assert.deepEqual(await violationsOf(page), []);
+    await keep(page, "index-marks");
+    await page.click("#analyse");
+    await page.waitForFunction(() => !document.querySelector("fvv-player").shadowRoot.querySelector(".tools"));
+    await page.close();
+    assert.deepEqual(browser.troubles.splice(0), []);
+  });
 
   test("a browser without AudioDecoder loads a decoder of Opus, and no other does", async () => {
     const isDecoder = (name) =>

@@ -7,7 +7,7 @@ export class ToolsEntry {
   #loading = null;
   #tools = null;
   #names = [];
-  #marks = "";
+  #marks = ""; // the address of those that are shown
 
   /** host: {player, root, surface, scene}, as Tools takes it. */
   constructor(host, signal) {
@@ -17,16 +17,16 @@ export class ToolsEntry {
 
   /** names: what the page wants, of TOOLS; marks: URL of a document, or "". */
   async choose(names, marks) {
-    const isOther = marks !== this.#marks;
     this.#names = names;
-    this.#marks = marks;
     if (!names.length && !marks) return this.#close();
     await this.#import();
     // Meanwhile the page may want something else.
     if (this.#names !== names || this.#host.signal.aborted) return;
     const tools = await this.load();
     tools.names = names;
-    if (isOther) await tools.fetchMarks(marks);
+    if (marks === this.#marks) return;
+    this.#marks = marks;
+    await tools.fetchMarks(marks);
   }
   #import() {
     return (this.#loading ??= import("./index.js"));
@@ -46,5 +46,6 @@ export class ToolsEntry {
   #close() {
     this.#tools?.close();
     this.#tools = null;
+    this.#marks = "";
   }
 }
