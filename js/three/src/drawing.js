@@ -143,8 +143,7 @@ export class Drawing {
     const { center, radius } = this.geometry.boundingSphere;
     const sphere = { centre: center.toArray(), radius };
     const isFar = camera.isPerspectiveCamera && usesLevels(this.#shown, sphere, eye.value.toArray(), pixelAngle.value);
-    if (isFar) this.pictures.makeLevels(renderer);
-    this.define("LEVELS", isFar ? 1 : undefined);
+    this.define("LEVELS", isFar && this.pictures.makeLevels(renderer) ? 1 : undefined);
   }
 
   dispose() {

@@ -206,6 +206,23 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
       }
       assertAlike(await compare("bits", 1, [0], { ...bits, depth }));
     });
+  test("nodes: other depth buffers, lenses and rules, far away, without pictures", async () => {
+    const kind = "force-webgl";
+    for (const depth of ["reversed", "logarithmic"]) {
+      const found = await compare("maps", 0, [0], { ...maps, kind, depth, planes: [0.2, 50] });
+      assertAlike(found);
+      const [{ hidden }] = found.results;
+      assert.ok(hidden[0] === 1 && hidden[1] < 0.02, `${depth}: ${hidden}`);
+    }
+    assertAlike(await compare("far", 0, [0], { ...maps, kind, turned: true }));
+    assertAlike(await compare("bent", 1, [0], { ...maps, kind }));
+    assertAlike(await compare("texturing", 0, [0], { ...maps, kind }), LEAST_PSNR_SEAMS);
+    // The first picture from far away has no levels yet.
+    const { results } = await compare("maps", 0, [0, 2], { ...maps, kind, shrink: 8 });
+    assert.ok(results[1].psnr > 30, `from far away: ${results[1].psnr.toFixed(1)} dB`);
+    const render = [...maps.render, "--no-pictures"];
+    assertAlike(await compare("maps", 0, [0], { render, pictures: false, kind }));
+  });
   test("after a loss of the context", async () => {
     const renewed = await browser.newPage(`${served.url}test/compare.html`);
     await renewed.waitForSelector("[data-ready]");

@@ -73,9 +73,9 @@ export class PictureTexture {
     return places;
   }
 
-  /** Makes all levels of the texture, of which show() writes the first one alone. */
+  /** Makes all levels of the texture, of which show() writes the first one alone. Returns true. */
   makeLevels(renderer) {
-    if (this.#hasLevels) return;
+    if (this.#hasLevels) return true;
     this.#hasLevels = true;
     // three makes levels at the end of what it draws into a target.
     this.texture.mipmapsAutoUpdate = true;
@@ -85,6 +85,7 @@ export class PictureTexture {
     };
     offScreen(renderer, drawNothing, { clears: false });
     this.texture.mipmapsAutoUpdate = false;
+    return true;
   }
 
   #resize(width, height) {

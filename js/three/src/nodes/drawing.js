@@ -1,7 +1,7 @@
 // The material for WebGPURenderer, in three's shading language.
 
 import { DoubleSide, LightingModel, NodeMaterial, Vector2, WebGPUCoordinateSystem } from "three/webgpu";
-import { diffuseColor, float, mix, texture, uniform } from "three/tsl";
+import { diffuseColor, float, highpModelViewMatrix, mix, positionLocal, texture, uniform } from "three/tsl";
 
 import { Drawing, noLayers, noTexture, parametersOf, SHADOW } from "../drawing.js";
 import { nodeDepthMaps } from "./depths.js";
@@ -33,6 +33,11 @@ class SurfaceMaterial extends NodeMaterial {
     this.side = DoubleSide;
     this.lights = true;
     this.fog = true;
+  }
+
+  /** The product of matrices is made in doubles: streams in coordinates of maps are far from the origin. */
+  setupPositionView() {
+    return highpModelViewMatrix.mul(positionLocal).xyz;
   }
 
   /** Without lamps. */

@@ -106,17 +106,18 @@ export class NodePictures {
 
   /**
    * Has all levels of the texture made, of which show() writes the first one alone. This is called while a scene is drawn: the next
-   * one has them.
+   * one has them. Returns whether they are there.
    */
   makeLevels(renderer) {
     const isFirst = !this.#wantsLevels && !this.#hasLevels;
     this.#wantsLevels = true;
-    if (!isFirst) return;
+    if (!isFirst) return this.#hasLevels;
     queueMicrotask(() => {
       if (this.#hasLevels || !this.#target) return;
       this.#hasLevels = this.texture.mipmapsAutoUpdate = true;
       this.#draw(renderer, [], { clears: false });
     });
+    return false;
   }
 
   #resize(width, height) {
