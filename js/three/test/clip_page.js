@@ -286,7 +286,7 @@ window.hear = async (kind, src) => {
     await new Promise((done) => setTimeout(done, 50));
   }
   const [audio] = clip.audio;
-  /** The largest sample of any track, in at most so many looks; the first that is loud ends it. */
+  /** The largest sample of any track, in at most the given number of looks; the first that is loud ends it. */
   const loudness = async (looks) => {
     const meters = clip.audio.map(({ context, gain }) => {
       const meter = new AnalyserNode(context, { fftSize: 8192 });
