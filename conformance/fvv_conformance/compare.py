@@ -13,6 +13,7 @@ PARTS = (
     "video",
     "sound",
     "environment",
+    "data",
 )
 
 

@@ -19,8 +19,8 @@ FILES = ("input.fvv", "expected.json")  # of one case
 NEEDS_CHECK = {3016, 3032, 4302, 8003, 8004}
 REFUSED = {1001, 1004, 1005, 1106, 1108}
 # Faults that cost an ancillary chunk or one track, and no frame: clause 5.
-ANCILLARY = (b"META", b"TEXR", b"ACFG")
-STOPPED = {2205, 4002}
+ANCILLARY = (b"META", b"TEXR", b"ACFG", b"DCFG")
+STOPPED = {2205, 2206, 4002}
 
 
 class Case(NamedTuple):

@@ -14,7 +14,7 @@ from .packing import pack
 DOWN = (1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0)
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 NO_PICTURE = 2**32 - 1
-MESH, VIDEO, CALIBRATION, VISIBILITY, ENVIRONMENT, METADATA, AUDIO, COLOURS = range(1, 9)
+MESH, VIDEO, CALIBRATION, VISIBILITY, ENVIRONMENT, DATA, AUDIO, COLOURS = range(1, 9)
 
 
 def scene(**fields):
@@ -89,6 +89,13 @@ def sound(start, packets, position=None, preroll=0, **fields):
     place = struct.pack("<3d", *position) if position else b""
     sizes = struct.pack(f"<{len(packets)}H", *map(len, packets))
     return pack("AUDI payload", **values | fields) + place + sizes + b"".join(packets)
+
+
+def data(media_type="text/vtt", codec="", record=b"", **fields):
+    """DCFG."""
+    kind, text = media_type.encode() if isinstance(media_type, str) else media_type, codec.encode()
+    values = {"media_type_size": len(kind), "codec_size": len(text), "record_size": len(record)}
+    return pack("DCFG payload", **values | fields) + record + kind + text
 
 
 def part(mesh, picture=NO_PICTURE, **fields):

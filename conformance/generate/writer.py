@@ -12,6 +12,7 @@ from .packing import crc32c, pack
 
 HEADER = STRUCTURES["chunk header"]["size"]
 FILE_HEADER = STRUCTURES["file header"]["size"]
+DATA_KIND = 6
 KINDS = max(v["value"] for e in DATA["enums"] if e["prefix"] == "TRACK" for v in e["values"])
 
 
@@ -27,7 +28,7 @@ class Group:
     """What GEND and INDX say of a group."""
 
     def __init__(self, offset, sequence, start, end, foreign=frozenset()):
-        """foreign: tracks of kinds that this version does not know, whose times are frames."""
+        """foreign: tracks of data, and of kinds that this version does not know, whose times are frames."""
         self.foreign = foreign
         self.offset, self.sequence, self.start, self.end = offset, sequence, start, end
         self.headers, self.chunks = [], []
@@ -35,13 +36,12 @@ class Group:
     def frames(self):
         """Clause 11."""
         makers = (b"MESH", b"VPKT")
-        return len(
-            {
-                time
-                for code, track, _, _, time in self.chunks
-                if code in makers or (code.decode("latin-1") not in CHUNKS and track in self.foreign)
-            }
-        )
+
+        def counts(code, track):
+            free = code == b"DATA" or code.decode("latin-1") not in CHUNKS
+            return code in makers or (free and track in self.foreign)
+
+        return len({time for code, track, _, _, time in self.chunks if counts(code, track)})
 
     def kinds(self):
         return list(dict.fromkeys(chunk[:3] for chunk in self.chunks))
@@ -138,8 +138,9 @@ class Stream:
             self.out += self.last
         if not silent:
             self._count(kind, flags, track, time, len(payload), offset, covered)
-        if kind == b"TRAK" and self.block and len(payload) > 1 and payload[0] > KINDS and payload[1] & 1:
-            self.block["foreign"].add(track)
+        if kind == b"TRAK" and self.block and len(payload) > 1:
+            free = payload[0] == DATA_KIND or payload[0] > KINDS
+            self.block["foreign"] |= {track} if free and payload[1] & 1 else set()
         return offset
 
     def _count(self, kind, flags, track, time, size, offset, covered):

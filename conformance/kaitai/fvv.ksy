@@ -69,6 +69,7 @@ types:
             '"VCFG"': video
             '"TILE"': tile_layout
             '"ACFG"': audio
+            '"DCFG"': data
             '"TEXR"': texturing
             '"GRUP"': group
             '"MESH"': mesh
@@ -820,6 +821,26 @@ types:
           max: packet_count - 1
       - id: body
         size-eos: true
+  data:
+    doc-ref: clause 21.1
+    doc: The payload of DATA is bytes of another format.
+    seq:
+      - id: media_type_size
+        type: u2
+        valid:
+          min: 1
+      - id: codec_size
+        type: u2
+      - id: record_size
+        type: u4
+      - id: record
+        size: record_size
+      - id: media_type
+        type: str
+        size: media_type_size
+      - id: codec
+        type: str
+        size: codec_size
 enums:
   up_axis:
     0: unknown
@@ -835,7 +856,7 @@ enums:
     3: calibration
     4: visibility
     5: environment
-    6: metadata
+    6: data
     7: audio
     8: colours
   lens:

@@ -18,6 +18,7 @@ FLAGS = {v["name"].lower(): v["value"] for e in DATA["enums"] if e["prefix"] == 
 PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "i64": "q", "f64": "d"}
 
 
+DATA_KIND = 6
 FRAME_KINDS = tuple(
     v["value"]
     for e in DATA["enums"]
@@ -193,6 +194,7 @@ class Stream:
         self.sections = [Section("File header", 0, parts)]
         self.size = len(joined(parts))
         self.configuration = []  # (offset, bytes 0 to 27) of the headers of the block that holds
+        self.shown = set()  # tracks of data in the block whose times are frames
         self.group = None  # what GEND and INDX will say of the open group
         self.groups = []
         self.blocks = []  # configuration blocks as INDX lists them
@@ -232,7 +234,9 @@ class Stream:
         self.sections.append(Section(f"{code}, {CHUNKS[code]['title']}", offset, parts))
         self.size += 32 + len(body) + len(padding)
         if code == "SCEN":
-            self.configuration = []
+            self.configuration, self.shown = [], set()
+        if code == "TRAK" and len(body) > 1 and body[0] == DATA_KIND and body[1]:
+            self.shown.add(track)
         place = CHUNKS[code]["also"] if "also" in CHUNKS[code] and self.group else CHUNKS[code]["place"]
         if place == "configuration":
             self.configuration.append((offset, covered))
@@ -281,6 +285,10 @@ class Stream:
                 {"offset": begin, "block_size": self.group["offset"] - begin, "digest": digest}
             )
 
+    def makes_frame(self, code, track):
+        """Clause 11."""
+        return code in ("MESH", "VPKT") or (code == "DATA" and track in self.shown)
+
     def end_group(self):
         group, self.group = self.group, None
         rows = list(dict.fromkeys(chunk[:3] for chunk in group["chunks"]))
@@ -296,7 +304,7 @@ class Stream:
             "sequence": len(self.groups),
             "chunk_count": len(group["headers"]),
             "chain_crc": chain,
-            "frame_count": len({chunk[4] for chunk in group["chunks"] if chunk[0] in ("MESH", "VPKT")}),
+            "frame_count": len({chunk[4] for chunk in group["chunks"] if self.makes_frame(*chunk[:2])}),
             "kind_count": len(rows),
             "table_size": len(joined(table)),
         }

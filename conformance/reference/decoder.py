@@ -267,8 +267,8 @@ class Reader:
             except Broken as failure:
                 block.valid = False
                 self.note_whole(block, chunk, failure.issue, str(failure))
-        if block.valid and block.silent():
-            self.note_whole(block, chunk, 2205, "an audio track without ACFG")
+        if block.valid and (issue := block.silent()):
+            self.note_whole(block, chunk, issue, "an audio or data track without configuration")
         if block.valid:
             self.blocks[digest] = block
         if self.run[1] != digest:

@@ -327,7 +327,7 @@ TEST_CASE("rules of SCEN and TRAK") {
   CHECK(with_track(t) == FVV_ISSUE_TRACK_TIME_BASE);
   t[8] = 1;
   CHECK(with_track(t) == FVV_ISSUE_TRACK_TIME_BASE);
-  t[0] = FVV_TRACK_METADATA;
+  t[0] = FVV_TRACK_DATA;
   CHECK(with_track(t) == 0);
   t = p.mesh_track;
   t[14] = 1;

@@ -2,6 +2,8 @@
 #include "cli/cli.h"
 #include "cli/output.h"
 #include "fvv_cxx/parallel.h"
+#include "fvv_cxx/format.h"
+#include "fvv_demux/data.h"
 #include "fvv_demux/meshes.h"
 #include "fvv_demux/sounds.h"
 #include "fvv_demux/views.h"
@@ -449,6 +451,7 @@ public:
     if (const auto environment = write_environment(folder); environment && capture)
       capture->environment = environment;
     if (options.sound && !used.empty()) write_sounds(folder, capture ? &*capture : nullptr);
+    if (options.data && !used.empty()) write_data(folder);
     result.capture = capture.has_value();
     if (capture)
       folder.write("capture.json", scene::format_capture(*capture));
@@ -552,6 +555,18 @@ private:
         result.warnings.push_back(name +
                                   " is not in capture.json: its offset is no fraction of 32-bit numbers");
     }
+  }
+
+  // Payloads as they were sent, by track: data/TRACK/NUMBER.
+  void write_data(cli::OutputFolder &folder) {
+    const auto write = [&](const UnpackedData &data) {
+      folder.write("data/" + std::to_string(data.track) + "/" +
+                       fvv::format("%06llu.", (unsigned long long)data.number) + data_extension(data.type),
+                   {reinterpret_cast<const char *>(data.payload), data.size});
+      result.data++;
+    };
+    for (const std::string &why : unpack_data(file, used.front(), used.back(), write))
+      result.losses.push_back(file.path() + ": " + why);
   }
 
   // The file begins with the first packet; after the codec's delay it counts from 0.

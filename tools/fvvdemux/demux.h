@@ -30,6 +30,7 @@ struct Options {
   bool force = false;
   bool environment = true;   // the environment as environment.glb
   bool sound = true;         // in files of its codec
+  bool data = true;          // payloads of data tracks, in files of their own
   bool mp4 = false;          // video tracks as films too, not decoded
   media::MemoryLimit memory; // of all pictures that are decoded at once: fewer groups at a time keep it
 };
@@ -45,6 +46,7 @@ struct Result {
   bool environment = false;              // environment.glb was written
   bool local_origin = false;             // glTF files have positions relative to an origin of their own
   uint64_t sounds = 0;                   // files of sound
+  uint64_t data = 0;                     // files of payloads of data tracks
   uint64_t films = 0;                    // files of video tracks
   // "IN: frame 4 is lost: 0x1a2b: MESH: ... [FVV-1103]", in order of frames; not empty: exit code 3.
   std::vector<std::string> losses;

@@ -28,6 +28,7 @@ std::string summary(const std::string &file, const demux::Result &result) {
       {"capture", result.capture},
       {"environment", result.environment},
       {"audio", result.sounds},
+      {"data", result.data},
       {"films", result.films},
       {"losses", result.losses},
       {"warnings", result.warnings}};
@@ -87,6 +88,7 @@ int main(int argc, char **argv) {
   cli::make_former(*no_background);
   auto *no_sound =
       app.add_flag("!--no-sound", options.sound, "do not write the sound, audio/TRACK.opus or .m4a");
+  app.add_flag("!--no-data", options.data, "do not write the payloads of data tracks, data/TRACK/NUMBER.EXT");
   auto *no_audio = app.add_flag("--no-audio");
   cli::make_former(*no_audio);
   app.add_flag(

@@ -30,7 +30,7 @@ COLOURS = {
     "calibration": "#c44e00",
     "visibility": "#00795c",
     "environment": "#777777",
-    "metadata": "#222222",
+    "data": "#222222",
     "audio": "#b0588c",
     "colours": "#4aa3d8",
 }

@@ -12,7 +12,7 @@ TRACK_KINDS = {
     3: "calibration",
     4: "visibility",
     5: "environment",
-    6: "metadata",
+    6: "data",
     7: "audio",
     8: "colours",
 }
@@ -46,7 +46,7 @@ class Track:
 
     id: int
     kind: (
-        str  #: "mesh", "video", "calibration", "visibility", "environment", "metadata", "audio" or "colours".
+        str  #: "mesh", "video", "calibration", "visibility", "environment", "data", "audio" or "colours".
     )
     name: str
     alternate_group: int  #: 0: none. Tracks that share another number show the same thing.

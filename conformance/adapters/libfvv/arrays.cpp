@@ -142,6 +142,20 @@ struct Frame {
     arrays["camera/" + std::to_string(id)] = hash(numbers);
   }
 
+  void data(uint16_t track) {
+    const fvv_chunk_info *chunks;
+    size_t count;
+    if (!fvv_configuration_data(configuration, track)) return;
+    if (!found(fvv_stream_group_chunks(stream, info.group, &chunks, &count, nullptr))) return;
+    for (size_t i = 0; i < count; i++) {
+      if (chunks[i].type != FVV_CHUNK_DATA || chunks[i].track != track || chunks[i].time != info.time)
+        continue;
+      const uint8_t *payload;
+      if (found(fvv_stream_read_chunk(stream, &chunks[i], &payload, nullptr)))
+        arrays["data/" + std::to_string(track)] = sha256(payload, size_t(chunks[i].size));
+    }
+  }
+
   void texturing() {
     const fvv_texturing &t = configuration->texturing;
     const std::vector<double> numbers = {t.threshold,
@@ -167,6 +181,7 @@ json frame_arrays(fvv_stream *stream, size_t frame) {
       if (track.kind == FVV_TRACK_MESH) f.mesh(track.id);
       if (track.kind == FVV_TRACK_VISIBILITY) f.visibility(track.id);
       if (track.kind == FVV_TRACK_VIDEO) f.video(track.id);
+      if (track.kind == FVV_TRACK_DATA && track.flags & FVV_TRACK_FLAG_FRAMES) f.data(track.id);
     }
     for (size_t i = 0; i < f.configuration->camera_count; i++) f.camera(f.configuration->cameras[i].id);
     f.texturing();

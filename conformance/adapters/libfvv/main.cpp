@@ -40,7 +40,7 @@ json hello() {
   const std::string format = std::to_string(FVV_FORMAT_MAJOR) + "." + std::to_string(FVV_FORMAT_MINOR);
   json parts = {"check",     "mesh",  "camera", "visibility", "colours",
                 "texturing", "video", "sound",  "environment"};
-  parts.push_back("join");
+  for (const char *part : {"data", "join"}) parts.push_back(part);
   for (const std::string &op : fvv::conformance::questions()) parts.push_back(op);
   return {
       {"protocol", 1}, {"name", "libfvv"}, {"version", fvv_version()}, {"format", format}, {"parts", parts}};

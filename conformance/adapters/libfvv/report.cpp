@@ -92,7 +92,7 @@ std::string four_characters(uint32_t code) {
 
 const char *kind_name(uint8_t kind) {
   static const char *const names[] = {
-      "", "mesh", "video", "calibration", "visibility", "environment", "metadata", "audio", "colours"};
+      "", "mesh", "video", "calibration", "visibility", "environment", "data", "audio", "colours"};
   return kind && kind < std::size(names) ? names[kind] : "unknown";
 }
 

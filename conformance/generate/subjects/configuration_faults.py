@@ -188,7 +188,7 @@ def tracks():
         "time_base_no_numerator",
         "A time base has the numerator 0.",
         "5.2",
-        payloads.track(payloads.METADATA, time_base_denominator=1),
+        payloads.track(payloads.DATA, time_base_denominator=1),
         2105,
     )
     track(
@@ -378,6 +378,8 @@ def relations():
     )
     sound = [(3, payloads.track(AUDIO, "sound", **SOUND_BASE))]
     ends_at_group("audio_missing", "An audio track has no ACFG.", "20.1", lambda s: None, 2205, sound)
+    captions = [(3, payloads.track(payloads.DATA, "captions"))]
+    ends_at_group("data_missing", "A data track has no DCFG.", "21.1", lambda s: None, 2206, captions)
     in_block(
         "audio_undeclared",
         "ACFG names a track that is not declared.",

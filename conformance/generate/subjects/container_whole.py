@@ -458,13 +458,6 @@ def unknown():
         uncommon=True,
     )
     valid(
-        "kind_metadata",
-        "A track of the reserved kind for timed metadata.",
-        "5.2",
-        lambda: ended(opened((1, payloads.track(1)), (2, payloads.track(payloads.METADATA, "events")))),
-        uncommon=True,
-    )
-    valid(
         "written_later",
         "A later minor version wrote the stream; this version can read it.",
         "3.2",

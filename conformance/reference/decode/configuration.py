@@ -9,7 +9,7 @@ from ..container import Broken, crc32c, demand
 from .lens import Camera
 from .records import RECORDS, Video
 
-MESH, VIDEO, CALIBRATION, VISIBILITY, ENVIRONMENT, METADATA, AUDIO, COLOURS = range(1, 9)
+MESH, VIDEO, CALIBRATION, VISIBILITY, ENVIRONMENT, DATA, AUDIO, COLOURS = range(1, 9)
 WITHOUT_TIME_BASE = (MESH, VIDEO, CALIBRATION, VISIBILITY, ENVIRONMENT, COLOURS)
 NAME_LIMIT, CAMERAS, TRACKS = 1 << 20, 1024, 256
 PLACED, MOVES = 1, 2
@@ -170,6 +170,21 @@ class Audio:
         self.rate = rate
 
 
+class Data:
+    """Clause 21.1."""
+
+    def __init__(self, payload):
+        demand(len(payload) >= 8, 4401, "size")
+        *texts, record = struct.unpack_from("<HHI", payload)
+        demand(len(payload) >= 8 + record + sum(texts), 4401, "size")
+        demand(max(texts) <= NAME_LIMIT, 7001, "a text")
+        demand(texts[0] > 0, 4401, "no media type")
+        at = 8 + record
+        for size in texts:
+            text(payload[at : at + size])
+            at += size
+
+
 class Block:
     """A configuration block, chunk by chunk. valid: no rule is broken so far that a whole block needs; complete: nothing was lost;
     names: TRAK is over; stopped: tracks that a reader ignores (clause 5)."""
@@ -178,6 +193,7 @@ class Block:
         self.offset, self.covered, self.valid, self.complete, self.names = offset, [], True, True, False
         self.scene, self.texturing, self.textured = None, None, False
         self.tracks, self.cameras, self.videos, self.layouts, self.audios = {}, {}, {}, {}, {}
+        self.datas = {}
         self.layout_offsets, self.at = {}, offset
         self.stopped = set()
 
@@ -243,6 +259,13 @@ class Block:
         self.audios[chunk.track] = audio
         self.stopped.remove(chunk.track)
 
+    def _DCFG(self, chunk, first):
+        self._declared(chunk, DATA, 2206, self.datas)
+        self.datas[chunk.track] = None
+        self.stopped.add(chunk.track)
+        self.datas[chunk.track] = Data(chunk.payload)
+        self.stopped.remove(chunk.track)
+
     def _TEXR(self, chunk, first):
         demand(not self.textured, 6101, "a second TEXR")
         self.textured = True
@@ -273,10 +296,13 @@ class Block:
                 check_places(self.layouts[identifier], video, self.cameras)
 
     def silent(self):
-        """Audio tracks without ACFG: they are stopped, and the block stays valid."""
-        found = {i for i, track in self.tracks.items() if track.kind == AUDIO and i not in self.audios}
-        self.stopped |= found
-        return found
+        """Stops audio tracks without ACFG and data tracks without DCFG; the block stays valid. The issue, or None."""
+        issue = None
+        for number, kind, there in (2206, DATA, self.datas), (2205, AUDIO, self.audios):
+            found = {i for i, track in self.tracks.items() if track.kind == kind and i not in there}
+            self.stopped |= found
+            issue = number if found else issue
+        return issue
 
     def rank(self, track):
         return self.tracks[track].rank

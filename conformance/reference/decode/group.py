@@ -25,6 +25,7 @@ KIND_OF = {
     b"COLR": kinds.COLOURS,
     b"BACK": kinds.ENVIRONMENT,
     b"AUDI": kinds.AUDIO,
+    b"DATA": kinds.DATA,
 }
 
 
@@ -113,8 +114,9 @@ class Group:
         if chunk.kind in (b"MESH", b"VPKT") or self.block is None:
             return chunk.kind in (b"MESH", b"VPKT")
         track = self.block.tracks.get(chunk.track)
+        data = chunk.kind == b"DATA" and track and track.kind == kinds.DATA
         foreign = chunk.kind not in KIND_OF and track and track.kind not in KIND_OF.values()
-        return bool(foreign and track.flags & kinds.FRAMES)
+        return bool((data or foreign) and track.flags & kinds.FRAMES)
 
     def end_payload(self):
         """The one correct payload of GEND."""
@@ -320,6 +322,10 @@ class Group:
         packets = self.state(chunk, lambda: sound.Track(audio)).add(chunk, key, self)
         if chunk.track not in self.invalid:
             self.sounds.append((chunk.track, packets))
+
+    def _DATA(self, chunk, key, shown):
+        if shown and self.block.tracks[chunk.track].flags & kinds.FRAMES:
+            self.frame(chunk.time).arrays[f"data/{chunk.track}"] = chunk.payload
 
     def _BACK(self, chunk, key, shown):
         demand(key, 8003, "no key flag")

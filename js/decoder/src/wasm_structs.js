@@ -353,7 +353,7 @@ function read(name, memory, address) {
 }
 
 const lenses = ["none", "radtan", "fisheye"];
-const kinds = ["", "mesh", "video", "calibration", "visibility", "environment", "metadata", "audio", "colours"];
+const kinds = ["", "mesh", "video", "calibration", "visibility", "environment", "data", "audio", "colours"];
 const shows = ["tiles", "atlas"];
 const profiles = ["raw", "draco", "delta", "field", "fast", "patched"];
 const blends = ["viewer", "paper"];

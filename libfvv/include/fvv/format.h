@@ -33,6 +33,7 @@ enum {
   FVV_CHUNK_VIDEO_CONFIG = 0x47464356, /* VCFG: video configuration */
   FVV_CHUNK_TILES = 0x454c4954, /* TILE: tile layout */
   FVV_CHUNK_AUDIO_CONFIG = 0x47464341, /* ACFG: audio configuration */
+  FVV_CHUNK_DATA_CONFIG = 0x47464344, /* DCFG: data configuration */
   FVV_CHUNK_TEXTURING = 0x52584554, /* TEXR: view-dependent texturing */
   FVV_CHUNK_GROUP = 0x50555247, /* GRUP: group begins */
   FVV_CHUNK_MESH = 0x4853454d, /* MESH: mesh of one frame */
@@ -42,6 +43,7 @@ enum {
   FVV_CHUNK_COLOURS = 0x524c4f43, /* COLR: colours of a key mesh */
   FVV_CHUNK_ENVIRONMENT = 0x4b434142, /* BACK: static environment and lights */
   FVV_CHUNK_AUDIO = 0x49445541, /* AUDI: packets of sound */
+  FVV_CHUNK_DATA = 0x41544144, /* DATA: data of one time */
   FVV_CHUNK_GROUP_END = 0x444e4547, /* GEND: group ends */
   FVV_CHUNK_INDEX = 0x58444e49, /* INDX: index of groups */
   FVV_CHUNK_FOOTER = 0x544f4f46, /* FOOT: footer */
@@ -94,7 +96,7 @@ enum {
   FVV_TRACK_CALIBRATION = 3, /* CALB chunks, of all cameras that move */
   FVV_TRACK_VISIBILITY = 4, /* VISI chunks */
   FVV_TRACK_ENVIRONMENT = 5, /* BACK chunks */
-  FVV_TRACK_METADATA = 6, /* reserved for timed metadata */
+  FVV_TRACK_DATA = 6, /* DATA chunks, one DCFG */
   FVV_TRACK_AUDIO = 7, /* AUDI chunks, one ACFG */
   FVV_TRACK_COLOURS = 8, /* COLR chunks */
 };
@@ -219,6 +221,7 @@ enum {
   FVV_ISSUE_CONFIGURATION_CAMERA = 2203,
   FVV_ISSUE_CONFIGURATION_CALIBRATION = 2204,
   FVV_ISSUE_CONFIGURATION_AUDIO = 2205,
+  FVV_ISSUE_CONFIGURATION_DATA = 2206,
   FVV_ISSUE_MESH_PAYLOAD = 3001,
   FVV_ISSUE_MESH_PROFILE = 3002,
   FVV_ISSUE_MESH_COUNTS = 3003,
@@ -273,6 +276,7 @@ enum {
   FVV_ISSUE_AUDIO_RECORD = 4304,
   FVV_ISSUE_AUDIO_PAYLOAD = 4305,
   FVV_ISSUE_AUDIO_TIME = 4306,
+  FVV_ISSUE_DATA_CONFIG_PAYLOAD = 4401,
   FVV_ISSUE_CAMERA_PAYLOAD = 5001,
   FVV_ISSUE_CAMERA_LENS = 5002,
   FVV_ISSUE_CAMERA_INTRINSICS = 5003,

@@ -10,6 +10,7 @@
 #include "fvv/calibration.h"
 #include "fvv/colours.h"
 #include "fvv/container.h"
+#include "fvv/data.h"
 #include "fvv/environment.h"
 #include "fvv/mesh.h"
 #include "fvv/video.h"
@@ -35,6 +36,11 @@ typedef struct fvv_audio_layout {
   fvv_audio_config config;
 } fvv_audio_layout;
 
+typedef struct fvv_data_layout {
+  uint16_t track;
+  fvv_data_config config;
+} fvv_data_layout;
+
 typedef struct fvv_text {
   const char *text; /* UTF-8, not terminated */
   size_t size;
@@ -55,6 +61,8 @@ typedef struct fvv_configuration {
   size_t metadata_count;
   fvv_texturing texturing; /* defaults where the block has none */
   int has_texturing;
+  const fvv_data_layout *datas; /* the data tracks */
+  size_t data_count;
 } fvv_configuration;
 
 /* NULL when there is none. */
@@ -68,6 +76,7 @@ FVV_API const fvv_video_layout *fvv_configuration_video(const fvv_configuration 
                                                         uint16_t track);
 FVV_API const fvv_audio_config *fvv_configuration_audio(const fvv_configuration *configuration,
                                                         uint16_t track);
+FVV_API const fvv_data_config *fvv_configuration_data(const fvv_configuration *configuration, uint16_t track);
 
 /* ---- random access -------------------------------------------------------------------------------- */
 

@@ -121,8 +121,8 @@ const char *kind_name(uint8_t kind) {
     return "visibility";
   case FVV_TRACK_ENVIRONMENT:
     return "environment";
-  case FVV_TRACK_METADATA:
-    return "metadata";
+  case FVV_TRACK_DATA:
+    return "data";
   case FVV_TRACK_AUDIO:
     return "audio";
   case FVV_TRACK_COLOURS:
@@ -291,6 +291,10 @@ std::string track_text(const Report &report, const fvv_track &track) {
   if (track.kind == FVV_TRACK_AUDIO)
     if (const auto *audio = fvv_configuration_audio(report.configuration(), track.id))
       out += ": " + audio_text(report, *audio, *found);
+  if (const auto *data = fvv_configuration_data(report.configuration(), track.id)) {
+    out += ": " + printable(data->media_type, data->media_type_size);
+    if (data->codec_size) out += ", " + printable(data->codec, data->codec_size);
+  }
   if (track.kind == FVV_TRACK_MESH && found->max_vertices)
     out += ": " + range(found->min_vertices, found->max_vertices) + " vertices, " +
            range(found->min_faces, found->max_faces) + " triangles";
@@ -615,6 +619,9 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
     if (const auto *audio = fvv_configuration_audio(&c, track.id))
       t["audio"] = audio_json(*audio, track, found);
     if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(report, *video);
+    if (const auto *data = fvv_configuration_data(&c, track.id))
+      t["data"] = {{"media_type", std::string(data->media_type, data->media_type_size)},
+                   {"codec", std::string(data->codec, data->codec_size)}};
     out.push_back(t);
   }
   return out;

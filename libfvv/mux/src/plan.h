@@ -199,6 +199,19 @@ struct SoundTrack {
   media::SoundPackets packets;
 };
 
+// A track of timed payloads of another format (fvv.md clause 21): of captions it has cues, of a sequence
+// files.
+struct DataCue {
+  double start, end; // seconds of the stream
+  std::string text;  // lines, each with its end
+};
+struct DataTrack {
+  std::string name, media_type, codec;
+  std::string head; // of captions: what comes before the cues
+  std::vector<DataCue> cues;
+  std::vector<std::string> files; // one for each frame of the plan
+};
+
 struct PackedEnvironment; // environment.h
 
 // A group of the stream: its frames, and the ticks that it covers.
@@ -268,7 +281,8 @@ struct Plan {
   std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedEnvironment> environment;    // if there is one
   std::vector<SoundTrack> sounds;                          // those of the capture that the stream has
-  FrameLimit frame_limit = {};                             // of a video frame with tiles of cameras
+  std::vector<DataTrack> data;
+  FrameLimit frame_limit = {}; // of a video frame with tiles of cameras
 
   // Of one rung.
   size_t tile_track_count() const {

@@ -10,6 +10,7 @@
 #include "mux/src/choose/sampled_scene.h"
 #include "mux/src/choose/view_loss.h"
 #include "mux/src/crop.h"
+#include "mux/src/data/data_tracks.h"
 #include "mux/src/environment.h"
 #include "mux/src/ladder/mesh_rungs.h"
 #include "mux/src/ladder/view_rungs.h"
@@ -374,6 +375,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.warned = plan.warned || !plan.environment->warnings.empty();
   }
   plan.warned = load_sounds(plan) || plan.warned;
+  plan.data = load_data(plan);
   return plan;
 }
 

@@ -129,7 +129,7 @@ void StreamWriter::check_groups() const {
                                     [](const MeshDecision &track) { return track.sent; });
   const uint64_t in_a_frame = uint64_t(meshes) * (1 + decisions.visibility.on + plan.colours.on) +
                               plan.tracks.size() + any_moves(plan.capture) + (plan.environment != nullptr) +
-                              plan.sounds.size();
+                              plan.sounds.size() + plan.data.size();
   // Besides GRUP, and a layout for each track.
   check_count(1 + plan.tracks.size() + frames * in_a_frame, limits.max_group_chunks,
               "chunks in a group of " + std::to_string(frames) + " frames", "fewer frames in a group");
@@ -260,6 +260,7 @@ void StreamWriter::write_configuration() {
     if (plan.colours.on) write_mesh_track(track, FVV_TRACK_COLOURS);
   }
   for (size_t i = 0; i < plan.sounds.size(); i++) write_sound_track(i);
+  for (size_t i = 0; i < plan.data.size(); i++) write_data_track(i);
   for (const scene::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
     const std::string name = capture.path + ": camera " + std::to_string(camera.id);
@@ -270,6 +271,7 @@ void StreamWriter::write_configuration() {
   }
   for (const VideoTrack *track : video_tracks()) write_video(*track);
   for (size_t i = 0; i < plan.sounds.size(); i++) write_sound(i);
+  for (size_t i = 0; i < plan.data.size(); i++) write_data(i);
   if (const std::optional<fvv_texturing> texturing = texturing_of(plan))
     configure(FVV_CHUNK_TEXTURING, 0,
               record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
@@ -346,6 +348,19 @@ void StreamWriter::write_sound(size_t number) {
                    }));
 }
 
+void StreamWriter::write_data_track(size_t number) {
+  write_track(data_track_id(number), FVV_TRACK_DATA, plan.data[number].name);
+}
+
+void StreamWriter::write_data(size_t number) {
+  const fvv_data_config config = config_of(plan.data[number]);
+  configure(
+      FVV_CHUNK_DATA_CONFIG, data_track_id(number),
+      record(plan.data[number].name, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+        return fvv_data_config_encode(&config, out, size, written, d);
+      }));
+}
+
 std::vector<uint8_t> StreamWriter::layout_record(const std::vector<fvv_tile> &tiles) const {
   return record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
     return fvv_tiles_encode(tiles.data(), tiles.size(), out, size, written, d);
@@ -416,6 +431,11 @@ void StreamWriter::sound(const SoundChunk &chunk) {
                          chunk.key ? FVV_FLAG_KEY : 0, chunk.time, chunk.payload.data(), chunk.payload.size(),
                          &diagnostic));
   sound_bytes[chunk.track].add(chunk.payload.size());
+}
+
+void StreamWriter::data(const DataChunk &chunk) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_DATA, data_track_id(chunk.track), FVV_FLAG_KEY, chunk.time,
+                         chunk.payload.data(), chunk.payload.size(), &diagnostic));
 }
 
 void StreamWriter::chunk(const fvv_chunk_header &header, const uint8_t *payload) {

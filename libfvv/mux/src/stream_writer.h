@@ -8,6 +8,7 @@
 #include "fvv_mux/report.h"
 #include "fvv_scene/capture.h"
 #include "mux/src/choose/decisions.h"
+#include "mux/src/data/data_tracks.h"
 #include "mux/src/sound/sound.h"
 
 #include <map>
@@ -78,6 +79,7 @@ public:
   // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
   uint64_t environment(size_t frame);
   void sound(const SoundChunk &chunk);
+  void data(const DataChunk &chunk);
   // A chunk of a group that was written elsewhere.
   void chunk(const fvv_chunk_header &header, const uint8_t *payload);
   // What was written so far, as Plan::sounds.
@@ -107,6 +109,8 @@ private:
   void write_track(const fvv_track &track);
   void write_sound_track(size_t number);
   void write_sound(size_t number);
+  void write_data_track(size_t number);
+  void write_data(size_t number);
 
   const Plan &plan;
   const Decisions &decisions;

@@ -306,6 +306,14 @@ enum {
   FVV_AUDI_SIZE = 16
 };
 
+/* DCFG payload, clause 21.1 */
+enum {
+  FVV_DCFG_MEDIA_TYPE_SIZE = 0,
+  FVV_DCFG_CODEC_SIZE = 2,
+  FVV_DCFG_RECORD_SIZE = 4,
+  FVV_DCFG_SIZE = 8
+};
+
 /* Where a chunk type may stand and which flags it has: rows for container/rules.c. The key flag is free for
  * chunks of frames. X(type, place, flags, track) */
 #define FVV_CHUNK_TABLE(X) \
@@ -317,6 +325,7 @@ enum {
   X(FVV_CHUNK_TILES, CONFIGURATION, 1, OWN) \
   X(FVV_CHUNK_TILES, FRAME, 1, OWN) \
   X(FVV_CHUNK_AUDIO_CONFIG, CONFIGURATION, 0, OWN) \
+  X(FVV_CHUNK_DATA_CONFIG, CONFIGURATION, 0, OWN) \
   X(FVV_CHUNK_TEXTURING, CONFIGURATION, 0, NONE) \
   X(FVV_CHUNK_GROUP, GROUP, 3, NONE) \
   X(FVV_CHUNK_MESH, FRAME, 1, OWN) \
@@ -326,6 +335,7 @@ enum {
   X(FVV_CHUNK_COLOURS, FRAME, 0, OWN) \
   X(FVV_CHUNK_ENVIRONMENT, FRAME, 0, OWN) \
   X(FVV_CHUNK_AUDIO, FRAME, 0, OWN) \
+  X(FVV_CHUNK_DATA, FRAME, 0, OWN) \
   X(FVV_CHUNK_GROUP_END, GROUP, 5, NONE) \
   X(FVV_CHUNK_INDEX, END, 0, NONE) \
   X(FVV_CHUNK_FOOTER, END, 1, NONE)

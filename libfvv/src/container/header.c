@@ -52,6 +52,8 @@ uint8_t fvv_chunk_track_kind(uint32_t type) {
     return FVV_TRACK_ENVIRONMENT;
   case FVV_CHUNK_AUDIO:
     return FVV_TRACK_AUDIO;
+  case FVV_CHUNK_DATA:
+    return FVV_TRACK_DATA;
   default:
     return 0;
   }
@@ -59,7 +61,7 @@ uint8_t fvv_chunk_track_kind(uint32_t type) {
 
 int fvv_type_makes_frame(uint32_t type) {
   if (type == FVV_CHUNK_MESH || type == FVV_CHUNK_VIDEO_PACKET) return 1;
-  return row_of(type, 0) ? 0 : -1;
+  return row_of(type, 0) && type != FVV_CHUNK_DATA ? 0 : -1;
 }
 
 int fvv_kind_is_foreign(uint8_t kind) {
@@ -68,7 +70,9 @@ int fvv_kind_is_foreign(uint8_t kind) {
 
 int fvv_makes_frame(uint32_t type, uint8_t kind, uint8_t flags) {
   const int by_type = fvv_type_makes_frame(type);
-  return by_type >= 0 ? by_type : fvv_kind_is_foreign(kind) && flags & FVV_TRACK_FLAG_FRAMES;
+  if (by_type >= 0) return by_type;
+  const int counts = type == FVV_CHUNK_DATA ? kind == FVV_TRACK_DATA : fvv_kind_is_foreign(kind);
+  return counts && flags & FVV_TRACK_FLAG_FRAMES;
 }
 
 void fvv_header_write(fvv_chunk_header *header, uint8_t out[FVV_CHUNK_HEADER_SIZE]) {

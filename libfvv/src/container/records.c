@@ -81,7 +81,7 @@ fvv_status fvv_scene_decode(fvv_scene *scene, const uint8_t *payload, size_t siz
  */
 static uint8_t decided_flags(uint8_t kind, uint8_t *required) {
   *required = kind == FVV_TRACK_MESH || kind == FVV_TRACK_VIDEO ? FVV_TRACK_FLAG_FRAMES : 0;
-  const int known = kind <= FVV_TRACK_COLOURS && kind != FVV_TRACK_METADATA;
+  const int known = kind <= FVV_TRACK_COLOURS && kind != FVV_TRACK_DATA;
   return known ? FVV_TRACK_FLAG_FRAMES : 0;
 }
 

@@ -26,8 +26,9 @@ void fvv_configuration_init(fvv_configuration_builder *builder, const fvv_limits
   memset(builder, 0, sizeof *builder);
   builder->allocator = fvv_allocator_or_default(allocator);
   builder->limits = fvv_limits_or_default(limits);
-  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos,  &builder->sounds,
-                            &builder->metadata, &builder->layouts, &builder->stopped, &builder->copies};
+  fvv_bytes *const all[] = {&builder->tracks,  &builder->cameras, &builder->videos,
+                            &builder->sounds,  &builder->datas,   &builder->metadata,
+                            &builder->layouts, &builder->stopped, &builder->copies};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) all[i]->allocator = builder->allocator;
 }
 
@@ -36,15 +37,16 @@ static void clear(fvv_configuration_builder *b) {
   for (size_t i = 0; i < COUNT(b->copies, payload_copy); i++)
     fvv_release(&b->allocator, copies[i].data, copies[i].size);
   memset(&b->view, 0, sizeof b->view);
-  b->tracks.size = b->cameras.size = b->videos.size = b->sounds.size = 0;
+  b->tracks.size = b->cameras.size = b->videos.size = b->sounds.size = b->datas.size = 0;
   b->metadata.size = b->layouts.size = b->stopped.size = b->copies.size = 0;
   b->textured = b->has_more = 0;
 }
 
 void fvv_configuration_free(fvv_configuration_builder *builder) {
   clear(builder);
-  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos,  &builder->sounds,
-                            &builder->metadata, &builder->layouts, &builder->stopped, &builder->copies};
+  fvv_bytes *const all[] = {&builder->tracks,  &builder->cameras, &builder->videos,
+                            &builder->sounds,  &builder->datas,   &builder->metadata,
+                            &builder->layouts, &builder->stopped, &builder->copies};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) fvv_bytes_free(all[i]);
 }
 
@@ -172,6 +174,21 @@ static fvv_status add_audio(fvv_configuration_builder *b, uint16_t track, const 
   return status < 0 ? stop(b, track, status) : fvv_bytes_append(&b->sounds, &sound, sizeof sound);
 }
 
+static fvv_status add_data(fvv_configuration_builder *b, uint16_t track, const uint8_t *payload, size_t size,
+                           fvv_diagnostic *diagnostic) {
+  const fvv_data_layout *datas = (const fvv_data_layout *)b->datas.data;
+  int again = is_stopped(b, track);
+  for (size_t i = 0; i < COUNT(b->datas, fvv_data_layout); i++) again |= datas[i].track == track;
+  if (again || !is_track(b, track, FVV_TRACK_DATA))
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_DATA, FVV_CHUNK_DATA_CONFIG, 0,
+                    again ? "track %u has a second DCFG" : "track %u is not declared as a data track", track);
+  fvv_data_layout data;
+  memset(&data, 0, sizeof data);
+  data.track = track;
+  const fvv_status status = fvv_data_config_decode(&data.config, payload, size, &b->limits, diagnostic);
+  return status < 0 ? stop(b, track, status) : fvv_bytes_append(&b->datas, &data, sizeof data);
+}
+
 static fvv_status add_metadata(fvv_configuration_builder *b, const uint8_t *payload, size_t size,
                                fvv_diagnostic *diagnostic) {
   if (size > b->limits.max_text)
@@ -236,6 +253,8 @@ static fvv_status add_chunk(fvv_configuration_builder *b, const fvv_chunk_header
     return add_texturing(b, payload, size, diagnostic);
   case FVV_CHUNK_AUDIO_CONFIG:
     return add_audio(b, header->track, payload, size, diagnostic);
+  case FVV_CHUNK_DATA_CONFIG:
+    return add_data(b, header->track, payload, size, diagnostic);
   case FVV_CHUNK_METADATA:
     return add_metadata(b, payload, size, diagnostic);
   default:
@@ -350,14 +369,18 @@ static fvv_status check_alternates(const fvv_configuration *view, uint64_t offse
   return FVV_OK;
 }
 
-fvv_status fvv_configuration_check_audio(const fvv_configuration_builder *builder, uint64_t offset,
-                                         fvv_diagnostic *diagnostic) {
+fvv_status fvv_configuration_check_silent(const fvv_configuration_builder *builder, uint64_t offset,
+                                          fvv_diagnostic *diagnostic) {
   const fvv_configuration *view = &builder->view;
   fvv_diagnostic_clear(diagnostic);
   for (size_t i = 0; i < view->track_count; i++)
     if (view->tracks[i].kind == FVV_TRACK_AUDIO && !fvv_configuration_audio(view, view->tracks[i].id) &&
         !is_stopped(builder, view->tracks[i].id))
       WRONG(CONFIGURATION_AUDIO, FVV_CHUNK_TRACK, "audio track %u has no ACFG", view->tracks[i].id);
+  for (size_t i = 0; i < view->track_count; i++)
+    if (view->tracks[i].kind == FVV_TRACK_DATA && !fvv_configuration_data(view, view->tracks[i].id) &&
+        !is_stopped(builder, view->tracks[i].id))
+      WRONG(CONFIGURATION_DATA, FVV_CHUNK_TRACK, "data track %u has no DCFG", view->tracks[i].id);
   return FVV_OK;
 }
 
@@ -373,6 +396,8 @@ fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64
   view->video_count = COUNT(builder->videos, fvv_video_layout);
   view->sounds = (const fvv_audio_layout *)builder->sounds.data;
   view->sound_count = COUNT(builder->sounds, fvv_audio_layout);
+  view->datas = (const fvv_data_layout *)builder->datas.data;
+  view->data_count = COUNT(builder->datas, fvv_data_layout);
   view->metadata = (const fvv_text *)builder->metadata.data;
   view->metadata_count = COUNT(builder->metadata, fvv_text);
   if (!view->has_texturing) fvv_texturing_default(&view->texturing);
@@ -423,5 +448,11 @@ const fvv_video_layout *fvv_configuration_video(const fvv_configuration *configu
 const fvv_audio_config *fvv_configuration_audio(const fvv_configuration *configuration, uint16_t track) {
   for (size_t i = 0; i < configuration->sound_count; i++)
     if (configuration->sounds[i].track == track) return &configuration->sounds[i].config;
+  return NULL;
+}
+
+const fvv_data_config *fvv_configuration_data(const fvv_configuration *configuration, uint16_t track) {
+  for (size_t i = 0; i < configuration->data_count; i++)
+    if (configuration->datas[i].track == track) return &configuration->datas[i].config;
   return NULL;
 }

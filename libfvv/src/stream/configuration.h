@@ -13,7 +13,7 @@ typedef struct fvv_configuration_builder {
   fvv_configuration view; /* complete after fvv_configuration_complete */
   fvv_allocator allocator;
   fvv_limits limits;
-  fvv_bytes tracks, cameras, videos, sounds, metadata;
+  fvv_bytes tracks, cameras, videos, sounds, datas, metadata;
   fvv_bytes layouts; /* tile_layout of each TILE chunk */
   fvv_bytes stopped; /* uint16_t: tracks whose configuration is not known or wrong, and that are left out */
   int textured;      /* a TEXR came, good or not */
@@ -32,10 +32,10 @@ FVV_MUST_USE fvv_status fvv_configuration_add(fvv_configuration_builder *builder
 /* Whether the block stays good although fvv_configuration_add failed: the chunk is ancillary, or its video is
  * of a kind that is not known. The track that it configures is then left out (clause 5). */
 int fvv_configuration_survives(const fvv_chunk_header *header, fvv_status status);
-/* Reports audio tracks without ACFG, which are left out: the block stays good. After
- * fvv_configuration_complete. */
-FVV_MUST_USE fvv_status fvv_configuration_check_audio(const fvv_configuration_builder *builder,
-                                                      uint64_t offset, fvv_diagnostic *diagnostic);
+/* Reports audio tracks without ACFG, or data tracks without DCFG, which are left out: the block stays good.
+ * After fvv_configuration_complete. */
+FVV_MUST_USE fvv_status fvv_configuration_check_silent(const fvv_configuration_builder *builder,
+                                                       uint64_t offset, fvv_diagnostic *diagnostic);
 /* Checks what concerns several chunks (issues 2106, 2201 to 2204, 4102, 4103) and fills view. */
 FVV_MUST_USE fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
                                                    fvv_diagnostic *diagnostic);

@@ -256,7 +256,7 @@ static fvv_status close_block(fvv_frames *f, int stream_ended, fvv_frames_event 
     return FVV_OK;
   }
   if (is_whole_block && !f->block_silent &&
-      fvv_configuration_check_audio(&f->building, f->block_offset, &why) < 0) {
+      fvv_configuration_check_silent(&f->building, f->block_offset, &why) < 0) {
     f->block_open = f->block_silent = 1; /* the block itself is reported by the next call */
     report_stop(&why, f->block_offset, out);
     return FVV_OK;
@@ -315,9 +315,10 @@ static int is_passed_over(const fvv_frames *f, uint16_t track) {
   return has_track(&f->left_out, track) || has_track(&f->hurt, track);
 }
 
-/* Whether a frame has chunks of these tracks. Others have times of their own. */
-static int is_of_frames(uint8_t kind) {
-  return kind < FVV_TRACK_ENVIRONMENT || kind == FVV_TRACK_COLOURS;
+/* Whether a frame has chunks of the track. Others have times of their own. */
+static int is_of_frames(const fvv_track *track) {
+  return track->kind < FVV_TRACK_ENVIRONMENT || track->kind == FVV_TRACK_COLOURS ||
+         (track->kind == FVV_TRACK_DATA && track->flags & FVV_TRACK_FLAG_FRAMES);
 }
 
 /* The current frame is over. Its bytes stay until the next one begins. */
@@ -389,7 +390,7 @@ static int is_complete(const fvv_frames *f) {
     const uint8_t kind = c->tracks[i].kind;
     if (is_passed_over(f, c->tracks[i].id)) continue;
     if (kind == FVV_TRACK_ENVIRONMENT) return 0;
-    if (!is_of_frames(kind)) continue;
+    if (!is_of_frames(&c->tracks[i])) continue;
     const int has = has_chunk_of(f, c->tracks[i].id);
     if (!has && (kind != FVV_TRACK_COLOURS || has_coloured_mesh(f))) return 0;
     present += has && kind != FVV_TRACK_COLOURS;
@@ -455,7 +456,7 @@ static int is_needed(const fvv_frames *f) {
   const uint16_t id = f->event.chunk.track;
   if (f->place == FVV_PLACE_UNKNOWN || has_track(&f->left_out, id)) return 0;
   const fvv_track *track = f->configuration ? fvv_configuration_track(f->configuration, id) : NULL;
-  return !track || is_of_frames(track->kind);
+  return !track || is_of_frames(track);
 }
 
 static fvv_status take_damage(fvv_frames *f, fvv_frames_event *out) {

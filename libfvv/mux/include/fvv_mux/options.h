@@ -156,6 +156,7 @@ struct Options {
   static constexpr uint64_t default_max_memory = uint64_t(4) << 30;
   uint64_t max_memory = default_max_memory; // of decoding one file of the capture, in bytes
   std::optional<fvv::Range> frames;         // numbers as in file names
+  std::vector<std::string> data;            // WebVTT files, and folders with a file for each frame
   std::vector<std::string> cameras;         // identifiers, ranges of them (2-5) or names; empty: all
   bool pictures = true, meshes = true;
   bool repeat_configuration = false, live = false;

@@ -451,13 +451,19 @@ private:
     const size_t first = plan.first_of(index), count = plan.frames_of(index);
     const std::vector<SoundChunk> sounds = sound_chunks(plan, plan.groups[index]);
     auto sound = sounds.begin();
-    const auto write_sound_before = [&](int64_t tick) {
-      for (; sound != sounds.end() && sound->time < tick; ++sound) writer->sound(*sound);
+    const std::vector<DataChunk> datas = data_chunks(plan, index);
+    auto data = datas.begin();
+    const auto write_others_before = [&](int64_t tick) { // sound first, of one time
+      while ((sound != sounds.end() && sound->time < tick) || (data != datas.end() && data->time < tick))
+        if (sound != sounds.end() && (data == datas.end() || sound->time <= data->time))
+          writer->sound(*sound++);
+        else
+          writer->data(*data++);
     };
     if (index != first_written && plan.options.repeat_configuration) writer->repeat_configuration();
     writer->begin_group(index);
     for (size_t i = 0; i < count; i++) {
-      write_sound_before(plan.tick_of(first + i));         // that of a frame after its pictures
+      write_others_before(plan.tick_of(first + i));        // those of a frame after its pictures
       bool own_layout = false;                             // of any track
       size_t written = SIZE_MAX;                           // mesh track
       for (size_t rung = plan.rung_count(); rung-- > 0;) { // a low rung ends before the better ones begin
@@ -489,7 +495,7 @@ private:
       if (plan.environment && first_or_repeated && i == std::min<size_t>(1, count - 1))
         sums.environment.add(writer->environment(first + i));
     }
-    write_sound_before(plan.groups[index].end);
+    write_others_before(plan.groups[index].end);
     writer->end_group();
     for (const MeshTrack &track : plan.meshes)
       if (!plan.options.verify || !decided->meshes[size_t(&track - plan.meshes.data())].sent)

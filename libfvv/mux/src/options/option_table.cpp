@@ -282,6 +282,15 @@ std::vector<Option> selecting_options() {
           .of_capture()
           .list()
           .brief(files, "cameras to take"),
+      Row("data", "PATH,...",
+          "carry timed data of other formats unchanged: captions of a WebVTT file, or a folder with a file "
+          "for "
+          "each frame, such as splats (docs/encoding/data.md)")
+          .text<&Options::data>(
+              "str | Iterable[str]", "captions.vtt",
+              [](const auto &, const auto &text) { return parse_list(text); }, list_text)
+          .of_capture()
+          .list(),
       Row("verify", "", "read the file back and compare everything with the capture")
           .flag<&Options::verify>()
           .of_capture()

@@ -168,6 +168,14 @@ struct Fields {
     auto &[source, packets] = v;
     a(source, packets);
   }
+  template <class A> static void of(A &a, DataCue &v) {
+    auto &[start, end, text] = v;
+    a(start, end, text);
+  }
+  template <class A> static void of(A &a, DataTrack &v) {
+    auto &[name, media_type, codec, head, cues, files] = v;
+    a(name, media_type, codec, head, cues, files);
+  }
   template <class A> static void of(A &a, PackedEnvironment &v) {
     auto &[payload, lattice, reason, parts, pictures, lights, vertices, faces, mesh_bytes, picture_bytes,
            max_error, warnings] = v;
@@ -212,11 +220,11 @@ struct Fields {
     auto &[options, observer, capture, group_size, effort, groups, bad, has_constant_topology, tracking,
            error, lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, videos, sources,
            mask_rules, outline_cameras, outline_rules, warned, crop, first_view, objects, whole, visibility,
-           match, inset, view, colours, undistortion, environment, sounds, frame_limit] = v;
+           match, inset, view, colours, undistortion, environment, sounds, data, frame_limit] = v;
     a(options, capture.frames, capture.empty, group_size, groups, bad, has_constant_topology, tracking, error,
       lattice, meshes, shares_meshes, normals, winding, texture_bits, tracks, mask_rules, outline_rules,
       warned, crop, first_view, objects, whole, visibility, match, inset, view, colours, environment, sounds,
-      frame_limit);
+      data, frame_limit);
   }
   template <class A> static void of(A &a, PlanData &v) {
     auto &[plan, decisions, capture, warnings, checksum] = v;
