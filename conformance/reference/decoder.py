@@ -139,7 +139,7 @@ class Reader:
         self.enter(chunk, known, broken)
 
     def is_ignored(self, track):
-        """Whether a critical chunk of the track concerns nobody here: clause 4.5."""
+        """Whether a critical chunk of the track is ignored with its track: clause 4.5."""
         block = self.group.block if self.group else self.block
         if self.group and block is None:
             return track != 0

@@ -161,7 +161,7 @@ TEST_CASE("rules of ACFG") {
   CHECK(with(48, 'o') == FVV_ISSUE_AUDIO_RECORD);
   CHECK(with(56, 2) == 0);                       // a compatible version
   CHECK(with(56, 16) == FVV_ISSUE_AUDIO_RECORD); // and one that is not
-  CHECK(with(66, 1) == FVV_ISSUE_AUDIO_RECORD); // mapping family 1 has a table
+  CHECK(with(66, 1) == FVV_ISSUE_AUDIO_RECORD);  // mapping family 1 has a table
   CHECK(with(68, 0xff) == FVV_ISSUE_TEXT);
 }
 
@@ -198,7 +198,7 @@ TEST_CASE("packets are read as they were written, and sizes that lie are found")
   CHECK(issue_with(40, 0) == FVV_ISSUE_AUDIO_PAYLOAD);        // an empty packet
   CHECK(issue_with(42, 3) == FVV_ISSUE_AUDIO_PAYLOAD);        // one byte more than there is
   CHECK(issue_with(23, 0xff) == 0 + FVV_ISSUE_AUDIO_PAYLOAD); // no number as position
-  Bytes longer = good; // of a later version
+  Bytes longer = good;                                        // of a later version
   longer.push_back(0);
   CHECK(fvv_audio_decode(&config, longer.data(), longer.size(), &read, packets.data(), packets.size(),
                          nullptr) == FVV_OK);

@@ -45,9 +45,7 @@ class Track:
     """A track as the stream declares it."""
 
     id: int
-    kind: (
-        str  #: "mesh", "video", "calibration", "visibility", "environment", "data", "audio" or "colours".
-    )
+    kind: str  #: "mesh", "video", "calibration", "visibility", "environment", "data", "audio" or "colours".
     name: str
     alternate_group: int  #: 0: none. Tracks that share another number show the same thing.
     rank: int  #: Among these: 0 is the best.

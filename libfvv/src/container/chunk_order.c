@@ -277,8 +277,8 @@ static void check_list(fvv_chunk_order *s, const fvv_chunk_header *header, const
   s->suspect = 1;
 }
 
-/* Whether a critical chunk of the track concerns nobody here: its kind is not known, or nothing of its group
- * can be decoded without the configuration. */
+/* Whether a critical chunk is ignored with its track: the kind is not known, or nothing of the group can be
+ * decoded without its configuration. */
 static int is_ignored(const fvv_chunk_order *s, uint16_t id) {
   const fvv_chunk_order_track *track = track_of(s, id);
   if (s->in_group && s->configuration != FVV_CONFIGURATION_GOOD) return id != 0;

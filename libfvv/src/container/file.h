@@ -71,6 +71,12 @@ FVV_MUST_USE fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info
  * only types say it. */
 int fvv_file_makes_frame(fvv_file *file, size_t group, const fvv_chunk_info *chunk);
 
+/* The first of count items that rise by offset, their first member, whose offset is not below that. */
+size_t fvv_first_from(const void *items, size_t count, size_t item_size, uint64_t offset);
+/* The block of a group in the list; NULL: it was lost. */
+const fvv_index_block *fvv_file_listed_block(const fvv_file *f, const fvv_group_info *group);
+void fvv_file_release_block(fvv_file *f, fvv_file_block *block);
+
 /* Reads the chunk at offset into the buffer and checks all of it. */
 FVV_MUST_USE fvv_status fvv_file_load(fvv_file *file, uint64_t offset, fvv_chunk_header *header,
                                       fvv_diagnostic *diagnostic);

@@ -21,7 +21,7 @@ The ball is in.
 Two points.
 
 00:10.000 --> 00:11.000
-Nobody sees this.
+After the end.
 """
 
 
