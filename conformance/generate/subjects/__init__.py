@@ -5,5 +5,6 @@ import pathlib
 
 
 def load():
-    for path in sorted(pathlib.Path(__file__).parent.glob("[a-z]*.py")):
-        importlib.import_module(f"{__name__}.{path.stem}")
+    here = pathlib.Path(__file__).parent
+    for path in sorted(here.rglob("[a-z]*.py")):
+        importlib.import_module(".".join([__name__, *path.relative_to(here).with_suffix("").parts]))

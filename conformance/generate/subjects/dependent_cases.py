@@ -5,8 +5,9 @@ from ..case import faulty
 from ..motion import Motion
 from ..recipes import frame, group, opened
 from ..weights import Weights
-from . import calibration_cases, sound_cases, video_cases, visibility_cases
+from . import calibration_cases, sound_cases, visibility_cases
 from .mesh_whole import moved
+from .video import video_cases
 
 SAMPLES = {"h264": 4202, "hevc": 4203, "vp9": 4204, "av1": 4205}
 

@@ -297,7 +297,9 @@ static fvv_status take_sound(fvvjs_decoder *d, const fvv_frame_chunk *chunk, con
   if (status != FVV_OK) return status;
   const uint8_t *data = packets[0].data;
   uint8_t *sizes = track->sizes.data; /* in place of the packets, each of which is larger */
+  size_t data_size = 0;               /* what follows the packets is of a later version */
   for (uint32_t i = 0; i < sound.packet_count; i++) {
+    data_size += packets[i].size;
     const uint16_t bytes_of_packet = (uint16_t)packets[i].size;
     memcpy(sizes + 2 * (size_t)i, &bytes_of_packet, sizeof bytes_of_packet);
   }
@@ -308,7 +310,7 @@ static fvv_status take_sound(fvvjs_decoder *d, const fvv_frame_chunk *chunk, con
                              {sound.position[0], sound.position[1], sound.position[2]},
                              (const uint16_t *)sizes,
                              data,
-                             (uint32_t)(size - (size_t)(data - payload))};
+                             (uint32_t)data_size};
   return fvv_bytes_append(&d->lists[FVVJS_SOUNDS], &record, sizeof record);
 }
 

@@ -3,9 +3,9 @@ samples. Clauses 10.5 and 10.7 to 10.9."""
 
 import struct
 
-from .. import media, payloads
-from ..case import faulty, valid
-from ..recipes import frame, opened
+from ... import media, payloads
+from ...case import faulty, valid
+from ...recipes import frame, opened
 from .video_cases import TRACK, of
 
 VCFG_FAULT = 4004

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from reference import openexr
 
-from .. import media, payloads
-from ..case import faulty, valid
-from ..recipes import frame, group, opened
+from ... import media, payloads
+from ...case import faulty, valid
+from ...recipes import frame, group, opened
 
 VIDEO = payloads.VIDEO
 TRACK = 2
@@ -96,7 +96,7 @@ class Setup(NamedTuple):
 
 
 def opened_with(setup, **changed):
-    from ..writer import Stream
+    from ...writer import Stream
 
     s = Stream()
     setup.block(s, **changed)
@@ -253,7 +253,7 @@ def unused():
 
 
 def two_tracks(same=False):
-    from ..writer import Stream
+    from ...writer import Stream
 
     one, two = of("jpeg"), of("jpeg_grey")
     s = Stream()
@@ -276,8 +276,8 @@ def two_tracks(same=False):
 
 
 def ladder():
-    from .. import meshes
-    from ..writer import Stream
+    from ...writer import Stream
+    from ... import meshes
 
     s = Stream()
     s.chunk("SCEN", payloads.scene())
@@ -369,7 +369,7 @@ def tiles_whole():
 
 
 def many_cameras(count):
-    from ..writer import Stream
+    from ...writer import Stream
 
     setup = of("jpeg")
     s = Stream()
@@ -427,7 +427,7 @@ def config_fault(name, title, clauses, issue, setup, *, in_stream=True, **change
     """The VCFG of the first block is wrong; a good block follows."""
 
     def make():
-        from ..writer import Stream
+        from ...writer import Stream
 
         s = Stream()
         s.chunk("SCEN", payloads.scene())
@@ -582,7 +582,7 @@ def tile_fault(name, title, issue, *tiles, payload=None, clauses="10.2"):
     setup = of("jpeg")
 
     def make():
-        from ..writer import Stream
+        from ...writer import Stream
 
         s = Stream()
         s.chunk("SCEN", payloads.scene())

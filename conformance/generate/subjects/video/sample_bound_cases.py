@@ -2,8 +2,8 @@
 
 import struct
 
-from ..case import valid
-from ..recipes import frame
+from ...case import valid
+from ...recipes import frame
 from .sample_faults import joined, leb128, nal_units, obus, sample, unit
 from .video_cases import TRACK, of, opened_with
 

@@ -4,9 +4,9 @@ import struct
 
 from reference import openexr
 
-from .. import media
-from ..case import faulty
-from ..recipes import frame
+from ... import media
+from ...case import faulty
+from ...recipes import frame
 from .video_cases import TRACK, exr, of, opened_with
 
 

@@ -1,0 +1,1 @@
+"""Codecs: configurations, records and samples. Clause 10."""
