@@ -137,8 +137,12 @@ TEST_CASE("visibility pays up to a tenth of the pictures") {
   choice.on = choice.open = true;
   for (const uint64_t bytes : {100u, 101u})
     CHECK(mux::decide_visibility(choice, bytes, 1000).on == (bytes == 100));
-  // Less where bytes have to be seen.
+  // Less where bytes have to be seen, and more where few cameras leave much to them.
   choice.by_views = true;
+  choice.cameras = {0, 1, 2, 3, 4};
+  for (const uint64_t bytes : {150u, 151u})
+    CHECK(mux::decide_visibility(choice, bytes, 1000).on == (bytes == 150));
+  choice.cameras.push_back(5);
   for (const uint64_t bytes : {20u, 21u})
     CHECK(mux::decide_visibility(choice, bytes, 1000).on == (bytes == 20));
   // Explicit choices stay.
