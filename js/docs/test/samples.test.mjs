@@ -86,6 +86,7 @@ describe("samples", { skip: missingBrowser("chromium") }, () => {
     const at = (name) => join(served.folder, name);
     copyFileSync(stream, at("players.fvv"));
     copyFileSync(at("players.fvv"), at("scan.fvv"));
+    copyFileSync(join(root, "js/site/src/marks/players.json"), at("play.json"));
     writeFileSync(at("favicon.ico"), "");
     // As the page of the player says; npx finds the packages in js.
     const { text } = samples.find(

@@ -157,7 +157,10 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
       const more = scripts() - before;
       return { early, loaded, more, corner, wrong, hits, eye, again: again.position, frame: player.currentFrame };
     });
-    assert.deepEqual([found.early, found.corner, found.loaded, found.more], [null, null, 1, 1]);
+    assert.deepEqual([found.early, found.corner], [null, null]);
+    // The module, and what it shares with the tools.
+    assert.ok(found.loaded >= 1 && found.loaded <= 2, `${found.loaded} scripts`);
+    assert.equal(found.more, found.loaded);
     assert.match(found.wrong, /pick: expected x and y, or a ray/);
     assert.ok(found.hits.length >= 8 && found.hits.length < 200, `${found.hits.length} hits`);
     for (const { frame, position, distance, normal } of found.hits) {
