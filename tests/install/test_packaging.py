@@ -145,7 +145,7 @@ NPM = {
         "musl",
     },
     "shading": set(),
-    "three": {"@fvv/analysis", "@fvv/shading"},
+    "three": {"@fvv/analysis", "@fvv/decoder", "@fvv/player", "@fvv/shading"},
     "video-fallback": {"FFmpeg", "emscripten", "llvm-runtime", "musl"},
 }
 

@@ -40,6 +40,7 @@ HOW = {
     ("docs/tools/fvvcapture.md", "import numpy, fvv"): ELSEWHERE + "python: capture ways_in",
     ("docs/tools/fvvcapture.md", "fvvmux --meshes"): ELSEWHERE + "python: capture ways_in",
     ("docs/project/abi.md", "python3 tests/install/abi.py"): ELSEWHERE + "install: binary interface",
+    ("conformance/golden/README.md", "build/venv/bin/python"): ELSEWHERE + "conformance: golden",
     ("docs/tools/fvvmux-inputs.md", "fvvmux --meshes"): ELSEWHERE + "cli: inputs",
     ("docs/tools/fvvmux-inputs.md", "fvvmux project"): ELSEWHERE + "cli: inputs",
     ("docs/tools/fvvmux-inputs.md", "fvvmux scene"): ELSEWHERE + "cli: inputs",

@@ -206,6 +206,10 @@ class PlanOptions(EncodeOptions, total=False):
     frames: int | str | None
     #: Frame numbers to take: 10-19 or 10..19.
 
+    data: str | Sequence[str] | None
+    #: Carry timed data of other formats unchanged: captions of a WebVTT file, or a folder with a file for each
+    #: frame, such as splats (docs/encoding/data.md).
+
     objects: str | None
     #: Follow the pieces of the meshes over time, and send the path of each, so that readers know one from the other;
     #: a JSON file with their names, or auto: they have none (docs/encoding/objects.md).

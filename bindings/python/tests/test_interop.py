@@ -485,13 +485,14 @@ def test_absent_packages_are_named(players):
     "lens, distortion", [("radtan", [-0.2, 0.05, 0.001, -0.002]), ("fisheye", [0.05, -0.01])]
 )
 def test_a_picture_without_the_lens_shows_points_where_a_pinhole_does(lens, distortion):
-    from fvv.interop.rerun import straightened
+    from fvv.interop.conventions import straightened
 
     k = numpy.array([[200.0, 3, 150], [0, 210, 110], [0, 0, 1]])
     camera = fvv.Camera(0, k, numpy.eye(3), [0.1, 0.2, 0.3], (320, 240), distortion, lens)
     straight = k.copy()
     straight[0, 1] = 0
-    places, inside = straightened(camera, straight)
+    ideal = fvv.Camera(0, straight, numpy.eye(3), [0.1, 0.2, 0.3], (320, 240))
+    _, places, inside = straightened(camera, ideal)
     points = numpy.random.default_rng(1).uniform([-1, -1, 2], [1, 1, 5], (5000, 3))
     local = points + camera.t
     x, y = numpy.floor((local / local[:, 2:]) @ straight.T)[:, :2].astype(int).T

@@ -115,7 +115,7 @@ def test_every_option_of_fvvmux_has_its_name():
     assert len(words) > 45
     others = {"help", "help-all", "version", "json", "output", "force", "segments", "cameras", "report"}
     others.add("write-capture")  # a parameter of fvv.mux
-    others.add("objects")  # any text may be the name of its file
+    others |= {"objects", "data"}  # any text may be the name of a file
     of_parts = {"plan", "part", "merge", "capture"}  # fvv.distributed
     arriving = {"realtime", "in-place", "max-delay", "idle"}  # fvv.Writer takes frames as they come
     for word in words - others - of_parts - arriving:

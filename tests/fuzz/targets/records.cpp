@@ -4,6 +4,7 @@
 #include "fvv/audio.h"
 #include "fvv/colours.h"
 #include "fvv/container.h"
+#include "fvv/data.h"
 #include "fvv/environment.h"
 #include "fvv/video.h"
 #include "fvv/visibility.h"
@@ -23,6 +24,14 @@ template <class Encode> void expect_same(const fuzz::Bytes &payload, const Encod
                "records that are read are written as they were");
 }
 
+// Of ancillary chunks, which may have a tail of a later version.
+template <class Encode> void expect_same_beginning(const fuzz::Bytes &payload, const Encode &encode) {
+  size_t written = 0;
+  fuzz::expect(encode(nullptr, 0, &written) == FVV_ERROR_BUFFER_TOO_SMALL && written <= payload.size(),
+               "what is written is no longer than what was read");
+  expect_same({payload.begin(), payload.begin() + std::ptrdiff_t(written)}, encode);
+}
+
 } // namespace
 
 FVV_FUZZ_TARGET(records, fuzz::Form::bytes) {
@@ -32,14 +41,14 @@ FVV_FUZZ_TARGET(records, fuzz::Form::bytes) {
   const uint8_t *const p = payload.data();
   const size_t n = payload.size();
   fvv_status status = FVV_OK;
-  if (kind % 4 == 0) {
+  if (kind % 5 == 0) {
     fvv_scene scene;
     status = fvv_scene_decode(&scene, p, n, nullptr);
     if (status == FVV_OK)
       expect_same(payload, [&](uint8_t *out, size_t room, size_t *written) {
         return fvv_scene_encode(&scene, out, room, written, nullptr);
       });
-  } else if (kind % 4 == 1) {
+  } else if (kind % 5 == 1) {
     fvv_track track = {};
     status = fvv_track_decode(&track, p, n, nullptr, nullptr);
     track.id = 1;
@@ -47,7 +56,7 @@ FVV_FUZZ_TARGET(records, fuzz::Form::bytes) {
       expect_same(payload, [&](uint8_t *out, size_t room, size_t *written) {
         return fvv_track_encode(&track, out, room, written, nullptr);
       });
-  } else if (kind % 4 == 2) {
+  } else if (kind % 5 == 2) {
     std::vector<fvv_tile> tiles(256);
     size_t count = 0;
     status = fvv_tiles_decode(tiles.data(), tiles.size(), &count, p, n, nullptr, nullptr);
@@ -58,11 +67,18 @@ FVV_FUZZ_TARGET(records, fuzz::Form::bytes) {
       uint32_t width, height;
       fuzz::expect_status(fvv_tiles_arrange(tiles.data(), count, 16384, &width, &height, nullptr));
     }
+  } else if (kind % 5 == 3) {
+    fvv_data_config config;
+    status = fvv_data_config_decode(&config, p, n, nullptr, nullptr);
+    if (status == FVV_OK)
+      expect_same_beginning(payload, [&](uint8_t *out, size_t room, size_t *written) {
+        return fvv_data_config_encode(&config, out, room, written, nullptr);
+      });
   } else {
     fvv_texturing texturing;
     status = fvv_texturing_decode(&texturing, p, n, nullptr);
     if (status == FVV_OK)
-      expect_same(payload, [&](uint8_t *out, size_t room, size_t *written) {
+      expect_same_beginning(payload, [&](uint8_t *out, size_t room, size_t *written) {
         return fvv_texturing_encode(&texturing, out, room, written, nullptr);
       });
   }
@@ -90,8 +106,9 @@ FVV_FUZZ_TARGET(environment, fuzz::Form::bytes) {
   }
   fuzz::Payload again;
   fuzz::expect(fvv_environment_encode(&environment, nullptr, &again.bytes, nullptr) == FVV_OK &&
-                   fuzz::Bytes(again.bytes.data, again.bytes.data + again.bytes.size) == payload,
-               "an environment that is read is written as it was");
+                   again.bytes.size <= payload.size() &&
+                   std::equal(again.bytes.data, again.bytes.data + again.bytes.size, payload.begin()),
+               "an environment that is read is written as it was, without a tail");
   fvv_environment_free(&environment);
 }
 
@@ -122,7 +139,7 @@ FVV_FUZZ_TARGET(audio, fuzz::Form::bytes) {
   const fvv_status status = fvv_audio_config_decode(&config, record.data(), record.size(), nullptr, nullptr);
   fuzz::expect_status(status);
   if (status != FVV_OK) return;
-  expect_same(record, [&](uint8_t *out, size_t room, size_t *written) {
+  expect_same_beginning(record, [&](uint8_t *out, size_t room, size_t *written) {
     return fvv_audio_config_encode(&config, out, room, written, nullptr);
   });
   fuzz::expect(fvv_audio_sample_rate(&config) > 0, "a codec that is known has a rate");
@@ -139,7 +156,7 @@ FVV_FUZZ_TARGET(audio, fuzz::Form::bytes) {
     fuzz::expect(decoded != FVV_ERROR_BUFFER_TOO_SMALL,
                  "no chunk has more packets than a third of its bytes");
     if (decoded != FVV_OK) continue;
-    expect_same(payload, [&](uint8_t *out, size_t room, size_t *written) {
+    expect_same_beginning(payload, [&](uint8_t *out, size_t room, size_t *written) {
       return fvv_audio_encode(&config, &chunk, packets.data(), out, room, written, nullptr);
     });
     fuzz::expect_status(fvv_audio_follow(&place, &config, time_base, &chunk, 0, time, time + 100, nullptr));

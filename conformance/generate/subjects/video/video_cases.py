@@ -276,8 +276,8 @@ def two_tracks(same=False):
 
 
 def ladder():
-    from ...writer import Stream
     from ... import meshes
+    from ...writer import Stream
 
     s = Stream()
     s.chunk("SCEN", payloads.scene())

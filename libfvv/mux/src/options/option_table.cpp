@@ -287,7 +287,7 @@ std::vector<Option> selecting_options() {
           "for "
           "each frame, such as splats (docs/encoding/data.md)")
           .text<&Options::data>(
-              "str | Iterable[str]", "captions.vtt",
+              "str | Sequence[str]", "captions.vtt",
               [](const auto &, const auto &text) { return parse_list(text); }, list_text)
           .of_capture()
           .list(),

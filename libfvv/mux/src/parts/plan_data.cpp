@@ -267,7 +267,7 @@ private:
       if (const std::string text = option.text(options);
           option.is_planned && !option.is_list && text != option.text(defaults))
         texts[option.name] = option.is_flag() && text.empty() ? "off" : text;
-    return Cbor::array({saved(options.capture), saved(options.cameras), texts});
+    return Cbor::array({saved(options.capture), saved(options.cameras), saved(options.data), texts});
   }
   static Cbor saved_object(std::vector<uint8_t> &value) { return Cbor::binary(value); }
   template <class T> static Cbor saved_object(std::vector<T> &value) { return saved_items(value); }
@@ -325,7 +325,8 @@ private:
   static void load_object(const Cbor &saved, Options &options) {
     load(saved.at(0), options.capture);
     load(saved.at(1), options.cameras);
-    for (const auto &[name, text] : saved.at(2).items())
+    load(saved.at(2), options.data);
+    for (const auto &[name, text] : saved.at(3).items())
       set_option(options, name, text.get_ref<const std::string &>());
     fill_in(options);
   }
@@ -365,7 +366,7 @@ private:
 };
 
 // Changes with every change of Fields and of the texts of options.
-constexpr int plan_version = 10;
+constexpr int plan_version = 11;
 
 std::string version_text() {
   return std::string("fvv ") + fvv_version() + ", plans of version " + std::to_string(plan_version);

@@ -263,7 +263,8 @@ def _pixels_of(image: Any) -> NDArray[numpy.uint8]:
         light = values[..., :3].clip(0, 1)
         values = values.copy()
         values[..., :3] = numpy.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return numpy.rint(255 * values.clip(0, 1)).astype(numpy.uint8)
+    rounded: NDArray[numpy.uint8] = numpy.rint(255 * values.clip(0, 1)).astype(numpy.uint8)
+    return rounded
 
 
 def _rendered(scene: Any, camera: Any, folder: str) -> NDArray[numpy.uint8]:
@@ -310,8 +311,7 @@ def _camera_of(scene: Any, item: Any, identifier: int) -> Camera:
         ]
     )
     to_world = numpy.array(item.evaluated_get(graph).matrix_world)
-    R = to_world[:3, :3] * (1, -1, -1)
-    R /= numpy.linalg.norm(R, axis=0)
-    left, _, right = numpy.linalg.svd(R)  # Blender's numbers are float32
+    axes = to_world[:3, :3] * (1.0, -1.0, -1.0)
+    left, _, right = numpy.linalg.svd(axes / numpy.linalg.norm(axes, axis=0))  # Blender's numbers are float32
     R = left @ right
     return Camera(identifier, K, R.T, -R.T @ to_world[:3, 3], (width, height), name=item.name)
