@@ -66,8 +66,10 @@ export class Follow {
     if (!objects || this.#shown === objects) return;
     this.#shown = objects;
     this.#buttons.clear();
+    // Who names some means these: the others are hoops and shadows.
+    const named = objects.list.filter(({ name }) => name);
     this.#items.replaceChildren(
-      ...objects.list.map((object) => {
+      ...(named.length ? named : objects.list).map((object) => {
         const toggle = () => this.follow(this.#object === object.id ? null : object.id);
         const name = nameOf(object);
         const button = element(
