@@ -1,14 +1,10 @@
 // The part of the element with the interface of HTMLMediaElement: attributes, properties, events.
 
-import { Media, NETWORK, READY } from "./playback/media.js";
+import { Media, MEDIA_EVENTS, NETWORK, READY } from "./playback/media.js";
 import { groupAt, Ranges } from "./playback/ranges.js";
 
 /** Environments without a document, such as servers that import the package, have no HTMLElement. */
 const Base = globalThis.HTMLElement ?? class {};
-
-const EVENTS =
-  "abort canplay canplaythrough durationchange emptied ended error loadeddata loadedmetadata loadstart pause play playing " +
-  "progress ratechange seeked seeking stalled suspend timeupdate waiting";
 
 export class MediaElement extends Base {
   #media;
@@ -31,7 +27,7 @@ export class MediaElement extends Base {
   _makeMedia(parts) {
     const media = new Media(parts);
     this.#media = media;
-    for (const type of EVENTS.split(" "))
+    for (const type of MEDIA_EVENTS)
       media.addEventListener(type, () => {
         const isError = type === "error" && media.error;
         this.dispatchEvent(isError ? new CustomEvent(type, { detail: media.error.cause }) : new Event(type));

@@ -442,6 +442,21 @@ describe("tools", { skip: missingBrowser("chromium") }, () => {
     assert.equal(wrong, "the stream names no object umpire");
   });
 
+  test("waiting for a first frame ends with the tools", async () => {
+    const reason = await ask(async () => {
+      const player = document.createElement("fvv-player");
+      player.setAttribute("tools", "follow");
+      document.body.append(player);
+      const failed = player.follow("ball").catch(({ name }) => name);
+      while (!player.shadowRoot.querySelector(".tools")) await new Promise(requestAnimationFrame);
+      player.removeAttribute("tools");
+      const name = await failed;
+      player.remove();
+      return name;
+    });
+    assert.equal(reason, "AbortError");
+  });
+
   test("without the attribute all is gone, and clicks play again", async () => {
     await ask(() => {
       window.player.removeAttribute("marks");

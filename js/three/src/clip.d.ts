@@ -68,7 +68,7 @@ export abstract class ClipObject extends FrameObject<FvvClipEventMap> {
   /** Sound is heard after a gesture of the user: browsers allow none before. */
   play(): Promise<void>;
   pause(): void;
-  /** Resolves when the frame of that time is shown. */
+  /** Resolves when the frame of that time is shown; rejected when an error, another source or dispose() comes first. */
   seek(seconds: number): Promise<unknown>;
   /** Pauses, and shows the frame count frames further on. Returns false if that is impossible. */
   step(count?: number): boolean;

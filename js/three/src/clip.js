@@ -1,15 +1,12 @@
 // A clip in a scene: a stream that plays by itself, with the properties and events of media elements.
 
 import { createDecoder } from "@fvv/decoder";
-import { Media, Sound } from "@fvv/player/playback";
+import { Media, MEDIA_EVENTS, Sound } from "@fvv/player/playback";
 
 import { ClipAudio } from "./audio.js";
 import { EnvironmentGroup } from "./environment.js";
 import { FrameObject } from "./object.js";
 
-const EVENTS =
-  "abort canplay canplaythrough durationchange emptied ended error loadeddata loadedmetadata loadstart pause play playing " +
-  "progress ratechange seeked seeking stalled suspend timeupdate waiting";
 /** Those after which sound may be another one. */
 const AUDIBLE = ["playing", "pause", "seeking", "seeked", "waiting", "ratechange", "ended"];
 /** Frames that are decoded ahead, beside the one that is shown and the one that waits. */
@@ -65,7 +62,7 @@ export class ClipObject extends FrameObject {
 
   #listen() {
     const { signal } = this.#ended;
-    for (const type of EVENTS.split(" "))
+    for (const type of MEDIA_EVENTS)
       this.#media.addEventListener(type, () => {
         if (AUDIBLE.includes(type)) this.#sound.update();
         if (type === "error") this.#first.reject(this.#media.error.cause);
@@ -164,11 +161,28 @@ export class ClipObject extends FrameObject {
   pause() {
     this.#media.pause();
   }
-  /** Resolves when the frame of that time is shown. */
+  /** Resolves when the frame of that time is shown; rejects when an error, another source or dispose() comes first. */
   seek(seconds) {
-    const done = new Promise((resolve) => this.#media.addEventListener("seeked", resolve, { once: true }));
     this.#media.currentTime = seconds;
-    return this.#media.seeking ? done : Promise.resolve();
+    if (!this.#media.seeking) return Promise.resolve();
+    const done = new Promise((resolve, reject) => {
+      const settled = new AbortController();
+      const outcomes = {
+        seeked: resolve,
+        error: () => reject(this.#media.error.cause),
+        emptied: () => reject(new DOMException("the source was taken away", "AbortError")),
+      };
+      for (const [type, settle] of Object.entries(outcomes)) {
+        const listener = (event) => {
+          settled.abort();
+          settle(event);
+        };
+        this.#media.addEventListener(type, listener, { signal: settled.signal });
+      }
+    });
+    // As with play(), a rejection is not an error if the caller ignores the promise.
+    done.catch(() => {});
+    return done;
   }
   /** Pauses, and shows the frame count frames further on. */
   step(count = 1) {

@@ -108,7 +108,21 @@ function upload(Type, ...parameters) {
 export class Sources {
   #known = new Map();
 
-  get(key, Type, image, width, height) {
+  /** The three planes of a picture. key: of the picture. */
+  planesOf(key, picture) {
+    return picture.planes.map((plane, k) => this.#get(`${key} ${k}`, DataTexture, plane, plane.width, plane.height));
+  }
+
+  /** A picture without planes, as it is. */
+  imageOf(key, { picture: image }) {
+    const width = image.displayWidth ?? image.width;
+    const height = image.displayHeight ?? image.height;
+    const texture = this.#get(`${key}`, Texture, image, width, height);
+    texture.minFilter = texture.magFilter = NearestFilter;
+    return texture;
+  }
+
+  #get(key, Type, image, width, height) {
     const known = this.#known.get(key);
     if (known && known.width === width && known.height === height) {
       known.texture.image = image;

@@ -87,7 +87,7 @@ describe("clips", { skip: missingBrowser("chromium") }, () => {
         async () => {
           const { rounds, ...rest } = await call("loopClip", kind, "/clip.fvv", "/studio.fvv");
           assert.ok(rounds >= 1, `${rounds} rounds`);
-          assert.deepEqual(rest, { paused: true, frame: 0, loop: true });
+          assert.deepEqual(rest, { paused: true, frame: 0, loop: true, seeks: ["AbortError", "AbortError"] });
         },
         { always: false },
       );

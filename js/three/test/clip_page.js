@@ -110,9 +110,13 @@ window.loopClip = async (kind, src, other) => {
   await clip.play();
   await new Promise((done) => setTimeout(done, 1200));
   clip.pause();
+  const left = clip.seek(0.1).catch(({ name }) => name);
   clip.src = other;
   await clip.ready;
-  return { rounds, paused: clip.paused, frame: clip.currentFrame, loop: clip.loop };
+  const disposed = clip.seek(0.1).catch(({ name }) => name);
+  const { paused, currentFrame: frame, loop } = clip;
+  clip.dispose();
+  return { rounds, paused, frame, loop, seeks: await Promise.all([left, disposed]) };
 };
 
 /** Whether three's Raycaster meets the surface where it is drawn, of the clip and of an instance. */

@@ -15,6 +15,9 @@ export interface MediaFailure {
   readonly cause: Error;
 }
 
+/** Types of the events of Media, beside "frame". */
+export const MEDIA_EVENTS: readonly string[];
+
 /** HTMLMediaElement without a document: attributes, states, promises and events, and "frame" when a frame has been shown. */
 export class Media extends EventTarget {
   /**

@@ -1,4 +1,4 @@
 // What plays a stream without an element: its clock, its frames and its sound. index.d.ts documents the types.
 
-export { Media } from "./media.js";
+export { Media, MEDIA_EVENTS } from "./media.js";
 export { Sound } from "./sound.js";

@@ -7,6 +7,11 @@ import { LIVE } from "./timing.js";
 
 export const NETWORK = { EMPTY: 0, IDLE: 1, LOADING: 2, NO_SOURCE: 3 };
 export const READY = { NOTHING: 0, METADATA: 1, CURRENT_DATA: 2, FUTURE_DATA: 3, ENOUGH_DATA: 4 };
+/** What Media announces, beside "frame". */
+export const MEDIA_EVENTS = (
+  "abort canplay canplaythrough durationchange emptied ended error loadeddata loadedmetadata loadstart pause play playing " +
+  "progress ratechange seeked seeking stalled suspend timeupdate waiting"
+).split(" ");
 const ERROR = { NETWORK: 2, DECODE: 3, SOURCE_NOT_SUPPORTED: 4 };
 const NETWORK_CODES = ["io", "changed", "reconnect", "truncated"];
 

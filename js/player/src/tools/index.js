@@ -345,10 +345,18 @@ export class Tools {
     history.replaceState(history.state, "", hash);
   }
 
-  /** object: a name or an identifier; null: none is followed. Before the first frame it waits for that. */
+  #firstFrame() {
+    const { signal } = this.#leaving;
+    return new Promise((resolve, reject) => {
+      this.#player.addEventListener("framechange", resolve, { once: true, signal });
+      const end = () => reject(new DOMException("the tools were closed", "AbortError"));
+      signal.addEventListener("abort", end, { once: true });
+    });
+  }
+
+  /** object: a name or an identifier; null: none is followed. Before the first frame it waits for that; AbortError: the tools were closed. */
   async follow(object) {
-    if (object !== null && !this.#scene.shown())
-      await new Promise((done) => this.#player.addEventListener("framechange", done, { once: true }));
+    if (object !== null && !this.#scene.shown()) await this.#firstFrame();
     this.#advance();
     const objects = this.#frame && objectsOf(this.#frame.configuration);
     const id = typeof object === "string" ? (objects?.find(object) ?? null) : object;

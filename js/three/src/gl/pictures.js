@@ -11,17 +11,14 @@ import {
   replicationOf,
 } from "@fvv/shading";
 import {
-  DataTexture,
   GLSL3,
   LinearMipmapLinearFilter,
   Mesh,
-  NearestFilter,
   NoBlending,
   OrthographicCamera,
   PlaneGeometry,
   Scene,
   ShaderMaterial,
-  Texture,
   Vector2,
   Vector3,
   Vector4,
@@ -36,10 +33,6 @@ void main() {
   gl_Position = vec4(position.xy, 0.0, 1.0);
 }
 `;
-
-function sizeOf(image) {
-  return [image.displayWidth ?? image.width, image.displayHeight ?? image.height];
-}
 
 export class PictureTexture {
   texture = null;
@@ -121,14 +114,11 @@ export class PictureTexture {
       renderer.render(this.#scene, noViewer);
     };
     if (picture.planes) {
-      const [Y, U, V] = picture.planes.map((plane, k) =>
-        this.#sources.get(`${i} ${k}`, DataTexture, plane, plane.width, plane.height),
-      );
+      const [Y, U, V] = this.#sources.planesOf(i, picture);
       draw(planesFragment, { Y, U, V });
       return;
     }
-    const source = this.#sources.get(`${i}`, Texture, picture.picture, ...sizeOf(picture.picture));
-    source.minFilter = source.magFilter = NearestFilter;
+    const source = this.#sources.imageOf(i, picture);
     const { mixing, luma } = replicationOf(picture);
     const undone = { picture: source, mixing: new Vector4(...mixing), luma: new Vector2(...luma) };
     const isReplicated = this.#replication.isSeenIn(picture, () => {

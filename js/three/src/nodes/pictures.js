@@ -2,17 +2,14 @@
 
 import { conversionOf, layoutOf } from "@fvv/shading";
 import {
-  DataTexture,
   LinearMipmapLinearFilter,
   Mesh,
-  NearestFilter,
   NoBlending,
   NodeMaterial,
   OrthographicCamera,
   PlaneGeometry,
   RenderTarget,
   Scene,
-  Texture,
   Vector2,
   Vector3,
 } from "three/webgpu";
@@ -130,25 +127,16 @@ export class NodePictures {
   #tile(renderer, picture, { x, y }, i) {
     const { width, height, colour } = picture.video;
     const { kr, kb, range } = conversionOf(colour);
-    const common = { place: [x, y], size: [width, height], targetSize: [this.width, this.height], range, kr, kb };
-    const tile = (kind, textures, values) => {
+    const values = { place: [x, y], size: [width, height], targetSize: [this.width, this.height], range, kr, kb };
+    const tile = (kind, textures) => {
       const key = `${i} ${kind.name}`;
       if (!this.#tiles.has(key)) this.#tiles.set(key, new Tile(kind, textures, this.#geometry));
       const found = this.#tiles.get(key);
-      found.show(textures, { ...common, ...values });
+      found.show(textures, values);
       return found;
     };
-    if (picture.planes) {
-      const planes = picture.planes.map((plane, k) =>
-        this.#sources.get(`${i} ${k}`, DataTexture, plane, plane.width, plane.height),
-      );
-      return tile(fromPlanes, planes, {});
-    }
-    const { picture: image } = picture;
-    const size = [image.displayWidth ?? image.width, image.displayHeight ?? image.height];
-    const source = this.#sources.get(`${i}`, Texture, image, ...size);
-    source.minFilter = source.magFilter = NearestFilter;
-    return tile(copied, [source], {});
+    if (picture.planes) return tile(fromPlanes, this.#sources.planesOf(i, picture));
+    return tile(copied, [this.#sources.imageOf(i, picture)]);
   }
 
   dispose() {
