@@ -6,14 +6,12 @@ right. `fault=1103` at a chunk says that this chunk breaks FVV-1103, first of al
 
 import struct
 
-from reference.container import CHUNKS, DATA, FLAGS, STRUCTURES, uleb128, zigzag
+from reference.container import CHUNKS, DATA, FLAGS, KINDS, STRUCTURES, uleb128, zigzag
 
 from .packing import crc32c, pack
 
 HEADER = STRUCTURES["chunk header"]["size"]
 FILE_HEADER = STRUCTURES["file header"]["size"]
-DATA_KIND = 6
-KINDS = max(v["value"] for e in DATA["enums"] if e["prefix"] == "TRACK" for v in e["values"])
 
 
 def flipped(data, damage):
@@ -139,7 +137,7 @@ class Stream:
         if not silent:
             self._count(kind, flags, track, time, len(payload), offset, covered)
         if kind == b"TRAK" and self.block and len(payload) > 1:
-            free = payload[0] == DATA_KIND or payload[0] > KINDS
+            free = payload[0] == KINDS["DATA"] or payload[0] > max(KINDS.values())
             self.block["foreign"] |= {track} if free and payload[1] & 1 else set()
         return offset
 

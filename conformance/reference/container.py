@@ -18,14 +18,8 @@ FLAGS = {v["name"].lower(): v["value"] for e in DATA["enums"] if e["prefix"] == 
 PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "i64": "q", "f64": "d"}
 
 
-DATA_KIND = 6
-FRAME_KINDS = tuple(
-    v["value"]
-    for e in DATA["enums"]
-    if e["prefix"] == "TRACK"
-    for v in e["values"]
-    if v["name"] in ("MESH", "VIDEO")
-)
+KINDS = {v["name"]: v["value"] for e in DATA["enums"] if e["prefix"] == "TRACK" for v in e["values"]}
+FRAME_KINDS = (KINDS["MESH"], KINDS["VIDEO"])
 
 
 class Broken(ValueError):
@@ -235,7 +229,7 @@ class Stream:
         self.size += 32 + len(body) + len(padding)
         if code == "SCEN":
             self.configuration, self.shown = [], set()
-        if code == "TRAK" and len(body) > 1 and body[0] == DATA_KIND and body[1]:
+        if code == "TRAK" and len(body) > 1 and body[0] == KINDS["DATA"] and body[1]:
             self.shown.add(track)
         place = CHUNKS[code]["also"] if "also" in CHUNKS[code] and self.group else CHUNKS[code]["place"]
         if place == "configuration":

@@ -1,16 +1,13 @@
 // Speaks the protocol of conformance/PROTOCOL.md for libfvv: requests on standard input, answers on standard
 // output.
+#include "../serve.h"
 #include "questions.h"
 #include "report.h"
-
-#include "fvv/format.h"
-#include "fvv/types.h"
 
 #include <openssl/evp.h>
 
 #include <algorithm>
 #include <fstream>
-#include <iostream>
 #include <iterator>
 #include <stdexcept>
 #include <string>
@@ -37,13 +34,10 @@ std::vector<uint8_t> content_of(const json &request) {
 }
 
 json hello() {
-  const std::string format = std::to_string(FVV_FORMAT_MAJOR) + "." + std::to_string(FVV_FORMAT_MINOR);
-  json parts = {"check",     "mesh",  "camera", "visibility", "colours",
-                "texturing", "video", "sound",  "environment"};
-  for (const char *part : {"data", "join"}) parts.push_back(part);
+  std::vector<std::string> parts = {"check", "mesh",  "camera",      "visibility", "colours", "texturing",
+                                    "video", "sound", "environment", "data",       "join"};
   for (const std::string &op : fvv::conformance::questions()) parts.push_back(op);
-  return {
-      {"protocol", 1}, {"name", "libfvv"}, {"version", fvv_version()}, {"format", format}, {"parts", parts}};
+  return fvv::conformance::hello("libfvv", parts);
 }
 
 json answer(const json &request) {
@@ -61,20 +55,6 @@ json answer(const json &request) {
 } // namespace
 
 int main() {
-  std::ios::sync_with_stdio(false);
-  for (std::string line; std::getline(std::cin, line);) {
-    json id, out;
-    try {
-      const json request = json::parse(line);
-      if (request.contains("id")) id = request.at("id");
-      if (request.at("op") == "quit") return 0;
-      out = answer(request);
-    } catch (const std::exception &error) {
-      out = {{"error", error.what()}};
-    }
-    if (!id.is_null()) out["id"] = id;
-    // Codes of codecs may be any bytes.
-    std::cout << out.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
-  }
+  fvv::conformance::serve(answer);
   return 0;
 }

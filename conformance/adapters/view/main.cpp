@@ -1,15 +1,9 @@
 // Speaks the protocol of conformance/PROTOCOL.md for fvv_view, which draws: by how much each camera colours a
 // place. It draws one pixel, whose middle is the place, from where the viewer is.
+#include "../serve.h"
 #include "fvv_view/draw.h"
 
-#include "fvv/format.h"
-#include "fvv/types.h"
-
-#include <nlohmann/json.hpp>
-
-#include <array>
 #include <cmath>
-#include <iostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -65,14 +59,8 @@ json weigh(const json &request) {
 }
 
 json answer(const json &request) {
-  const std::string op = request.at("op"),
-                    format = std::to_string(FVV_FORMAT_MAJOR) + "." + std::to_string(FVV_FORMAT_MINOR);
-  if (op == "hello")
-    return {{"protocol", 1},
-            {"name", "fvvrender"},
-            {"version", fvv_version()},
-            {"format", format},
-            {"parts", {"weigh"}}};
+  const std::string op = request.at("op");
+  if (op == "hello") return fvv::conformance::hello("fvvrender", {"weigh"});
   if (op == "weigh") return weigh(request);
   throw std::runtime_error(op + ": no such operation");
 }
@@ -80,18 +68,6 @@ json answer(const json &request) {
 } // namespace
 
 int main() {
-  for (std::string line; std::getline(std::cin, line);) {
-    json id, out;
-    try {
-      const json request = json::parse(line);
-      if (request.contains("id")) id = request.at("id");
-      if (request.at("op") == "quit") return 0;
-      out = answer(request);
-    } catch (const std::exception &error) {
-      out = {{"error", error.what()}};
-    }
-    if (!id.is_null()) out["id"] = id;
-    std::cout << out.dump() << std::endl;
-  }
+  fvv::conformance::serve(answer);
   return 0;
 }

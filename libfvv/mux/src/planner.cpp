@@ -297,6 +297,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     leave_out(plan, plan.bad);
   }
   leave_out_empty(plan.capture);
+  plan.data = load_data(plan);
   if (!plan.capture.memory) plan.warned = look_at_files(plan, options.frames.has_value()) || plan.warned;
   plan.group_size = group_size_of(options, plan.capture.frame_duration);
   plan.groups = groups_of(plan.capture, plan.group_size);
@@ -375,7 +376,6 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.warned = plan.warned || !plan.environment->warnings.empty();
   }
   plan.warned = load_sounds(plan) || plan.warned;
-  plan.data = load_data(plan);
   return plan;
 }
 

@@ -408,18 +408,16 @@ static fvv_status end_group(fvv_chunk_order *s, const fvv_chunk_header *header, 
 }
 
 static fvv_status add_frame_chunk(fvv_chunk_order *s, const fvv_chunk_header *header) {
-  fvv_chunk_order_track *tracks = (fvv_chunk_order_track *)s->tracks.data;
-  for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++)
-    if (tracks[i].id == header->track && fvv_chunk_track_kind(header->type)) {
-      if (header->type == FVV_CHUNK_TILES) {
-        tracks[i].laid_out = 1;
-        tracks[i].layout_time = header->time;
-      } else {
-        tracks[i].seen = 1;
-      }
-      tracks[i].last_time = header->time;
+  fvv_chunk_order_track *track = track_of(s, header->track);
+  if (track && fvv_chunk_track_kind(header->type)) {
+    if (header->type == FVV_CHUNK_TILES) {
+      track->laid_out = 1;
+      track->layout_time = header->time;
+    } else {
+      track->seen = 1;
     }
-  const fvv_chunk_order_track *track = track_of(s, header->track);
+    track->last_time = header->time;
+  }
   const int makes_frame = fvv_makes_frame(header->type, track ? track->kind : 0, track ? track->flags : 0);
   return fvv_group_table_add(&s->table, header, makes_frame);
 }

@@ -241,10 +241,11 @@ static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_
 
 /* The number of frames among chunks of a group. */
 static uint32_t frames_among(fvv_file *f, size_t group, const fvv_chunk_info *chunks, size_t count) {
+  fvv_frame_rule rule = {f, group, 0, NULL};
   uint32_t frames = 0;
   int64_t last = 0;
   for (size_t c = 0; c < count; c++) {
-    if ((frames && chunks[c].time == last) || !fvv_file_makes_frame(f, group, &chunks[c])) continue;
+    if ((frames && chunks[c].time == last) || !fvv_file_makes_frame(&rule, &chunks[c])) continue;
     frames++;
     last = chunks[c].time;
   }

@@ -67,9 +67,18 @@ FVV_MUST_USE fvv_status fvv_file_configuration(fvv_file *file, size_t group, con
 FVV_MUST_USE fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info,
                                             const uint8_t **payload, fvv_diagnostic *diagnostic);
 
+/* Which chunks of one group make their times frames: {file, group} at first. The configuration is read when a
+ * type alone does not say it. */
+typedef struct fvv_frame_rule {
+  fvv_file *file;
+  size_t group;
+  int looked;
+  fvv_file_block *block; /* NULL: lost */
+} fvv_frame_rule;
+
 /* Whether a chunk of the group makes its time a frame (clause 11). Of a group whose configuration is lost
  * only types say it. */
-int fvv_file_makes_frame(fvv_file *file, size_t group, const fvv_chunk_info *chunk);
+int fvv_file_makes_frame(fvv_frame_rule *rule, const fvv_chunk_info *chunk);
 
 /* The first of count items that rise by offset, their first member, whose offset is not below that. */
 size_t fvv_first_from(const void *items, size_t count, size_t item_size, uint64_t offset);

@@ -188,13 +188,14 @@ fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_
   return FVV_OK;
 }
 
-int fvv_file_makes_frame(fvv_file *file, size_t group, const fvv_chunk_info *chunk) {
+int fvv_file_makes_frame(fvv_frame_rule *rule, const fvv_chunk_info *chunk) {
   const int by_type = fvv_type_makes_frame(chunk->type);
   if (by_type >= 0 || !chunk->track) return by_type == 1;
-  fvv_file_block *block = NULL;
-  if (block_of(file, group, &block, NULL) != FVV_OK) return 0;
-  const fvv_file_track *tracks = (const fvv_file_track *)block->tracks.data;
-  for (size_t i = 0; i < block->tracks.size / sizeof *tracks; i++)
+  if (!rule->looked && block_of(rule->file, rule->group, &rule->block, NULL) != FVV_OK) rule->block = NULL;
+  rule->looked = 1;
+  if (!rule->block) return 0;
+  const fvv_file_track *tracks = (const fvv_file_track *)rule->block->tracks.data;
+  for (size_t i = 0; i < rule->block->tracks.size / sizeof *tracks; i++)
     if (tracks[i].id == chunk->track) return fvv_makes_frame(chunk->type, tracks[i].kind, tracks[i].flags);
   return 0;
 }

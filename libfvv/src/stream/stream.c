@@ -81,10 +81,11 @@ static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, f
   found->group = group;
   found->first = chunks;
   found->count = 0;
+  fvv_frame_rule rule = {s->file, group, 0, NULL};
   for (size_t i = 0, end; i < count && !found->count; i = end) {
     int is_frame = 0;
     for (end = i; end < count && chunks[end].time == chunks[i].time; end++)
-      is_frame |= fvv_file_makes_frame(s->file, group, &chunks[end]);
+      is_frame |= fvv_file_makes_frame(&rule, &chunks[end]);
     if (!is_frame || left--) continue;
     found->chunks = chunks + i;
     found->count = end - i;

@@ -284,8 +284,7 @@ std::vector<Option> selecting_options() {
           .brief(files, "cameras to take"),
       Row("data", "PATH,...",
           "carry timed data of other formats unchanged: captions of a WebVTT file, or a folder with a file "
-          "for "
-          "each frame, such as splats (docs/encoding/data.md)")
+          "for each frame, such as splats (docs/encoding/data.md)")
           .text<&Options::data>(
               "str | Sequence[str]", "captions.vtt",
               [](const auto &, const auto &text) { return parse_list(text); }, list_text)

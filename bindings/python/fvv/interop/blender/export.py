@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..._core import Camera
 from ...errors import UsageError
-from ...pictures import png
+from ...pictures import on_screen, png
 from ...writer import Writer, mux
 from ..optional_import import optional_import
 
@@ -84,6 +84,7 @@ def export_textured(
     scene = optional_import("bpy", "blender").context.scene
     frames = _frames(scene)
     image = _image_of(objects, path)
+    encoded = None if image is None else png(_pixels_of(image)[..., :3])
     with tempfile.TemporaryDirectory() as folder:
         for done, number in enumerate(frames):
             scene.frame_set(number)
@@ -93,9 +94,9 @@ def export_textured(
                     f"{path}: expected a UV map of each mesh with the image {image.name}, found one without"
                 )
             _write_obj(os.path.join(folder, f"{done:05d}.obj"), shape)
-            if image is not None:
+            if encoded is not None:
                 with open(os.path.join(folder, f"{done:05d}.png"), "wb") as file:
-                    file.write(png(_pixels_of(image)[..., :3]))
+                    file.write(encoded)
             if progress is not None:
                 progress(done + 1, len(frames))
         if image is not None:
@@ -259,11 +260,9 @@ def _pixels_of(image: Any) -> NDArray[numpy.uint8]:
     flat = numpy.empty(4 * width * height, numpy.float32)
     image.pixels.foreach_get(flat)
     values = flat.reshape(height, width, 4)[::-1]
-    if image.is_float:
-        light = values[..., :3].clip(0, 1)
-        values = values.copy()
-        values[..., :3] = numpy.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     rounded: NDArray[numpy.uint8] = numpy.rint(255 * values.clip(0, 1)).astype(numpy.uint8)
+    if image.is_float:
+        rounded[..., :3] = on_screen(values[..., :3])
     return rounded
 
 
